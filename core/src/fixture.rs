@@ -1,0 +1,197 @@
+//! What a fixture is: named surfaces in one frame, how many touches it needs, and its closed form if it has one.
+
+use std::fmt;
+
+use nalgebra::{Point3, Vector3};
+
+use crate::{
+    Frame, Problem, SolveError, Surface, Touch, TouchError,
+    parameters::{Parameters, nearest},
+};
+
+/// Named surfaces placed rigidly in one fixture frame.
+///
+/// A solver knows a fixture only through this trait. Object safe; a fixture is immutable once built.
+pub trait Fixture: fmt::Debug + Send + Sync {
+    /// The name its plugin is registered under.
+    fn kind(&self) -> &'static str;
+
+    /// The parameters it was built from, defaults filled in.
+    fn parameters(&self) -> &Parameters;
+
+    /// Its surfaces, in fixture coordinates; touches refer to them by index.
+    fn surfaces(&self) -> &[Surface];
+
+    /// The fewest touches that fix the frame.
+    fn requirement(&self) -> &Requirement;
+
+    /// A length typical of the fixture: radians times this are comparable with lengths on it.
+    fn size(&self) -> f64;
+
+    /// Lengths and angles of the fixture that can be measured by touches or be uncertain.
+    fn dimensions(&self) -> &[Dimension] {
+        &[]
+    }
+
+    /// How fast the signed distance of `at` (fixture coordinates) from a surface grows with a dimension, the frame
+    /// held fixed: length per unit of the dimension.
+    fn dimension_gradient(&self, _dimension: usize, _surface: usize, _at: &Point3<f64>) -> f64 {
+        0.0
+    }
+
+    /// The closed form, for a fixture that has one.
+    fn closed_form(&self) -> Option<&dyn ClosedForm> {
+        None
+    }
+
+    /// A good layout of the fewest touches, for simulation and documentation: surface index and contact point
+    /// (on the surface, in fixture coordinates).
+    fn nominal_layout(&self) -> Vec<(usize, Point3<f64>)>;
+
+    /// The index of the surface of that name.
+    ///
+    /// # Errors
+    /// [`TouchError::UnknownSurface`] with the nearest known name.
+    fn surface_index(&self, name: &str) -> Result<usize, TouchError> {
+        let names = || self.surfaces().iter().map(|surface| surface.name.as_str());
+        names().position(|known| known == name).ok_or_else(|| TouchError::UnknownSurface {
+            name: name.to_owned(),
+            known: names().map(str::to_owned).collect(),
+            nearest: nearest(name, names()).map(str::to_owned),
+        })
+    }
+
+    /// A touch of the surface of that name, its tip centre at `at` in the parent.
+    ///
+    /// # Errors
+    /// [`TouchError::UnknownSurface`] with the nearest known name.
+    fn touch(&self, surface: &str, at: [f64; 3]) -> Result<Touch, TouchError> {
+        Ok(Touch::new(self.surface_index(surface)?, Point3::from(at)))
+    }
+}
+
+const _: Option<&dyn Fixture> = None;
+
+/// A length or an angle of a fixture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dimension {
+    /// Name of the parameter that sets it.
+    pub name: &'static str,
+    /// Its value: a length, or radians.
+    pub value: f64,
+    /// Its standard uncertainty; 0 where it is taken as exact.
+    pub u: f64,
+    /// What it is.
+    pub quantity: Quantity,
+}
+
+/// What a [`Dimension`] is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// A length.
+    Length,
+    /// An angle; kept in radians, written in degrees.
+    Angle,
+}
+
+/// The fewest touches that fix a frame: alternatives, each a count for every surface in order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Requirement {
+    /// Each row is enough.
+    pub alternatives: Vec<Vec<usize>>,
+}
+
+impl Requirement {
+    /// One alternative only.
+    #[must_use]
+    pub fn counts(per_surface: &[usize]) -> Self {
+        Self { alternatives: vec![per_surface.to_vec()] }
+    }
+
+    /// A sentence of what is missing, or `None` when `counts` (touches on each surface) is enough.
+    ///
+    /// Where several alternatives exist, the one that needs the fewest further touches is told.
+    #[must_use]
+    pub fn missing(&self, counts: &[usize], surfaces: &[Surface]) -> Option<String> {
+        let short = |need: &[usize]| -> usize {
+            need.iter().zip(counts).map(|(need, have)| need.saturating_sub(*have)).sum()
+        };
+        let best = self.alternatives.iter().min_by_key(|need| short(need))?;
+        if short(best) == 0 {
+            return None;
+        }
+        let parts: Vec<String> = best
+            .iter()
+            .zip(counts)
+            .zip(surfaces)
+            .filter(|((need, have), _)| have < need)
+            .map(|((need, have), surface)| format!("`{}` has {have} of {need} touches", surface.name))
+            .collect();
+        Some(parts.join(", "))
+    }
+}
+
+/// All frames that satisfy a fixture's equations, found without a starting guess.
+///
+/// Choosing among them is the solver's job.
+pub trait ClosedForm: fmt::Debug {
+    /// Which [`dimensions`](Fixture::dimensions) the equations leave free, so that each root measures them.
+    fn measured(&self) -> &'static [usize];
+
+    /// Hands every real root to `emit`, unranked, and every near miss: a stationary point of the equations that noise
+    /// may have lifted off zero.
+    ///
+    /// # Errors
+    /// [`SolveError::Degenerate`] when the touches of a surface do not determine it (in a line, coincident), and
+    /// [`SolveError::InvalidTouches`] when they contradict the fixture (touches on the wrong side).
+    fn roots(&self, problem: &Problem<'_>, emit: &mut dyn FnMut(Root)) -> Result<(), SolveError>;
+
+    /// Hands to `emit` a frame in every basin that touches as noisy as `noise` times the problem's own sigmas may
+    /// hold, the roots' among them; returns the largest such factor up to which the search claims to be complete.
+    ///
+    /// # Errors
+    /// As [`roots`](Self::roots).
+    fn candidates(
+        &self,
+        problem: &Problem<'_>,
+        noise: f64,
+        emit: &mut dyn FnMut(Frame),
+    ) -> Result<f64, SolveError> {
+        let _ = noise;
+        self.roots(problem, &mut |root| emit(root.frame))?;
+        Ok(f64::INFINITY)
+    }
+}
+
+const _: Option<&dyn ClosedForm> = None;
+
+/// The most dimensions that a closed form can measure.
+pub const MAX_MEASURES: usize = 3;
+
+/// One frame that satisfies the closed-form equations, and the dimensions it implies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Root {
+    /// The frame.
+    pub frame: Frame,
+    /// Values of the dimensions that [`ClosedForm::measured`] lists, in that order.
+    pub measures: [f64; MAX_MEASURES],
+    /// Whether the equations are met.
+    pub kind: RootKind,
+}
+
+/// Whether a root meets the equations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RootKind {
+    /// It does.
+    Real,
+    /// It comes nearest to meeting them: two roots that noise made complex, or a double root.
+    NearMiss,
+}
+
+/// The line through `point` along `direction`, for messages of fixtures about free motions.
+pub(crate) fn line_in_words(point: &Point3<f64>, direction: &Vector3<f64>) -> String {
+    format!(
+        "the line through ({:.4}, {:.4}, {:.4}) along ({:.4}, {:.4}, {:.4})",
+        point.x, point.y, point.z, direction.x, direction.y, direction.z
+    )
+}

@@ -1,0 +1,38 @@
+//! Core of touchref: surfaces, touches, frames, the [`Fixture`] and [`Solver`] traits, and the plugin [`Registry`].
+//!
+//! Depend on the facade crate `touchref` to use the built-in plugins; depend on this crate to write one.
+//!
+//! Units: one consistent length unit, whatever it is; angles in radians. Frames: a [`Frame`] maps fixture
+//! coordinates into the parent, the frame in which the touches are expressed.
+
+pub mod error;
+pub mod fixture;
+pub mod frame;
+pub mod observability;
+pub mod parameters;
+pub mod registry;
+pub mod solver;
+pub mod statistics;
+pub mod surface;
+pub mod touch;
+
+pub use error::{Degenerate, Refusal, SolveError, TouchError};
+pub use fixture::{
+    ClosedForm, Dimension, Fixture, MAX_MEASURES, Quantity, Requirement, Root, RootKind,
+};
+pub use frame::{Frame, Twist};
+pub use observability::{Motion, Observability, RANK_TOLERANCE};
+pub use parameters::{ParameterError, ParameterKind, ParameterSpec, Parameters, Value};
+pub use registry::{
+    FixtureEntry, FixturePlugin, Plugin, Registry, RegistryError, SolverEntry, SolverPlugin,
+};
+pub use solver::{
+    Covariance, Limit, Measure, Problem, Residual, RootReport, SecondMinimum, SigmaSource, Solution,
+    Solver, Trust, Warning,
+};
+pub use surface::{Extent, Proximity, Shape, Surface};
+pub use touch::{Noise, Probe, Touch};
+
+/// Used by the registration macros.
+#[doc(hidden)]
+pub use inventory;

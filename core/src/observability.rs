@@ -1,0 +1,116 @@
+//! What touches see: rank, condition, and the weakest or free motion told in words.
+
+use nalgebra::{Matrix6, Point3, Vector3, Vector6};
+
+use crate::{Fixture, Frame, Shape, Twist, fixture::line_in_words};
+
+/// Smallest over largest singular value of the scaled Jacobian below which a motion counts as free.
+///
+/// A layout that is singular in exact arithmetic shows up as a double root, which double precision places to about
+/// the square root of its rounding (1.5e-8) times the equations' amplification; 1e-6 leaves room for that, and lies
+/// a factor 100 beyond the condition at which any sound layout was seen (below 1e4).
+pub const RANK_TOLERANCE: f64 = 1e-6;
+
+/// What the touches determine at a frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observability {
+    /// How many of the six motions the touches determine.
+    pub rank: usize,
+    /// Largest over smallest singular value of the weighted Jacobian, rotations scaled by the fixture's
+    /// [`size`](Fixture::size); infinite when the smallest is zero.
+    pub condition: f64,
+    /// The motion that the touches see least, or not at all.
+    pub weakest: Motion,
+}
+
+/// A motion of the fixture, in numbers and in words.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// Along the **fixture's** axes, about its origin; of unit length with rotations scaled by the fixture's size.
+    pub twist: Twist,
+    /// "rotation about the axis of `cylinder`", "slide along ...".
+    pub words: String,
+}
+
+impl Observability {
+    /// From the square root of the information: any matrix `r` with `r^T r = J^T W J`, over twists along the
+    /// fixture's axes about its origin.
+    #[must_use]
+    pub fn from_square_root(fixture: &dyn Fixture, frame: &Frame, r: &Matrix6<f64>) -> Self {
+        let (singular, twist) = weakest_motion(r, fixture.size());
+        let (largest, smallest) = (singular.max(), singular.min());
+        let rank = singular.iter().filter(|s| **s > RANK_TOLERANCE * largest).count();
+        let condition = if smallest > 0.0 { largest / smallest } else { f64::INFINITY };
+        let weakest = Motion { twist, words: in_words(fixture, frame, &twist) };
+        Self { rank, condition, weakest }
+    }
+}
+
+/// Singular values of `r` with rotations scaled by `size`, and the unit twist along the least of them.
+#[must_use]
+pub fn weakest_motion(r: &Matrix6<f64>, size: f64) -> (Vector6<f64>, Twist) {
+    let mut scaled = *r;
+    scaled.fixed_view_mut::<6, 3>(0, 3).scale_mut(1.0 / size);
+    let svd = scaled.svd_unordered(false, true);
+    let least = svd.singular_values.imin();
+    let direction: Vector6<f64> = match svd.v_t {
+        Some(v_t) => v_t.row(least).transpose(),
+        None => Vector6::zeros(),
+    };
+    let mut twist = Twist::from(direction);
+    twist.rotation /= size;
+    (svd.singular_values, twist)
+}
+
+/// Tells a motion of `fixture` in words; points and directions are in the parent of `frame`.
+#[must_use]
+pub fn in_words(fixture: &dyn Fixture, frame: &Frame, twist: &Twist) -> String {
+    /// A motion that turns the fixture by less than this part of how it moves it is told as a slide.
+    const MOSTLY: f64 = 0.02;
+    /// A turning axis this near (parts of the fixture's size, or radians) to a surface's axis is told as that axis.
+    const NEAR: f64 = 0.02;
+    let size = fixture.size();
+    let (v, w) = (twist.translation, twist.rotation);
+    let turn = w.norm();
+    if turn * size <= MOSTLY * v.norm() {
+        return slide_in_words(fixture, frame, &v);
+    }
+    let direction = w / turn;
+    // The screw axis: the points that move only along it.
+    let axis_point = Point3::from(w.cross(&v) / (turn * turn));
+    let pitch_slide = direction.dot(&v);
+    let named = fixture.surfaces().iter().find_map(|surface| {
+        let (point, axis) = surface.axis()?;
+        let along = axis.cross(&direction).norm() < NEAR;
+        let through = (point - axis_point).cross(&axis).norm() < NEAR * size;
+        (along && through).then(|| format!("the axis of `{}`", surface.name))
+    });
+    let about = named.unwrap_or_else(|| {
+        line_in_words(&frame.to_parent(&axis_point), &(frame.rotation * direction))
+    });
+    if pitch_slide.abs() > MOSTLY * turn * size {
+        let ratio = pitch_slide / turn;
+        format!("rotation about {about}, with a slide of {ratio:.3} along it per radian")
+    } else {
+        format!("rotation about {about}")
+    }
+}
+
+fn slide_in_words(fixture: &dyn Fixture, frame: &Frame, v: &Vector3<f64>) -> String {
+    const NEAR: f64 = 0.02;
+    let direction = v.normalize();
+    let named = fixture.surfaces().iter().find_map(|surface| match &surface.shape {
+        Shape::Cylinder { axis, .. } | Shape::Cone { axis, .. } if axis.cross(&direction).norm() < NEAR => {
+            Some(format!("the axis of `{}`", surface.name))
+        }
+        Shape::Plane { normal, .. } if normal.cross(&direction).norm() < NEAR => {
+            Some(format!("the normal of `{}`", surface.name))
+        }
+        _ => None,
+    });
+    let d = frame.rotation * direction;
+    named.map_or_else(
+        || format!("slide along ({:.4}, {:.4}, {:.4})", d.x, d.y, d.z),
+        |name| format!("slide along {name}"),
+    )
+}

@@ -1,0 +1,289 @@
+//! Touchable surfaces: signed distance, outward normal, curvature and extent.
+
+use nalgebra::{Point3, Unit, Vector3};
+
+/// Geometry of a surface, in fixture coordinates.
+///
+/// The **outward normal** points away from the material, to the side where the probe is; the **signed distance**
+/// grows along it and is zero on the surface. A `bore` (or socket) is touched from inside: its outward normal
+/// points toward the axis or centre.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Shape {
+    /// The plane through `point` with outward `normal`.
+    Plane {
+        /// A point of the plane.
+        point: Point3<f64>,
+        /// Outward normal.
+        normal: Unit<Vector3<f64>>,
+    },
+    /// A circular cylinder.
+    Cylinder {
+        /// A point of the axis; extents along the axis count from it.
+        point: Point3<f64>,
+        /// Direction of the axis.
+        axis: Unit<Vector3<f64>>,
+        /// Radius of the surface.
+        radius: f64,
+        /// Touched from inside.
+        bore: bool,
+    },
+    /// A sphere.
+    Sphere {
+        /// Centre.
+        center: Point3<f64>,
+        /// Radius of the surface.
+        radius: f64,
+        /// Touched from inside.
+        bore: bool,
+    },
+    /// A circular cone (one nappe).
+    Cone {
+        /// Apex.
+        apex: Point3<f64>,
+        /// Direction of the axis, from the apex to growing radius.
+        axis: Unit<Vector3<f64>>,
+        /// Angle between axis and generator, radians, in `(0, pi/2)`.
+        half_angle: f64,
+        /// Touched from inside.
+        bore: bool,
+    },
+}
+
+/// The part of a surface that a probe can reach; used to simulate and to plan, never to solve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Extent {
+    /// Within `radius` of the plane's `point`.
+    Disc {
+        /// Radius of the disc.
+        radius: f64,
+    },
+    /// From `from` to `to` along the axis, counted from the cylinder's `point` or the cone's apex.
+    Along {
+        /// Lower end.
+        from: f64,
+        /// Upper end.
+        to: f64,
+    },
+    /// Within `half_angle` (radians) of direction `axis`, seen from a sphere's centre.
+    Cap {
+        /// Middle of the cap.
+        axis: Unit<Vector3<f64>>,
+        /// Angle from the middle to the rim, radians.
+        half_angle: f64,
+    },
+}
+
+/// One touchable geometric element of a fixture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// The name that touches refer to.
+    pub name: String,
+    /// Its geometry.
+    pub shape: Shape,
+    /// The part a probe can reach.
+    pub extent: Extent,
+}
+
+/// A surface seen from one point near it: all that a solver needs to know.
+#[derive(Debug, Clone, Copy)]
+pub struct Proximity {
+    /// Signed distance from the surface, positive on the probe's side.
+    pub distance: f64,
+    /// Gradient of the distance: the outward normal at the foot of the point, a unit vector.
+    pub normal: Vector3<f64>,
+    /// Second derivative of the distance, as two tangent directions scaled so that the Hessian is
+    /// `bend[0] bend[0]^T + bend[1] bend[1]^T`, times [`bend_sign`](Self::bend_sign); zero for a plane.
+    pub bend: [Vector3<f64>; 2],
+    /// `1` where distances grow by moving sideways (a pin, a ball), `-1` in a bore.
+    pub bend_sign: f64,
+}
+
+impl Surface {
+    /// A surface from its parts.
+    #[must_use]
+    pub fn new(name: impl Into<String>, shape: Shape, extent: Extent) -> Self {
+        Self { name: name.into(), shape, extent }
+    }
+
+    /// The surface seen from `p` (fixture coordinates).
+    ///
+    /// On an axis or a centre, where no normal is defined, an arbitrary one of the possible normals is given.
+    #[must_use]
+    #[inline]
+    pub fn seen_from(&self, p: &Point3<f64>) -> Proximity {
+        match &self.shape {
+            Shape::Plane { point, normal } => Proximity {
+                distance: normal.dot(&(p - point)),
+                normal: **normal,
+                bend: [Vector3::zeros(); 2],
+                bend_sign: 1.0,
+            },
+            Shape::Cylinder { point, axis, radius, bore } => {
+                let q = p - point;
+                let radial = q - **axis * axis.dot(&q);
+                let rho = radial.norm();
+                let normal = if rho > 0.0 { radial / rho } else { any_perpendicular(axis) };
+                let around = axis.cross(&normal) / rho.max(f64::MIN_POSITIVE).sqrt();
+                curved(rho - radius, normal, [around, Vector3::zeros()], *bore)
+            }
+            Shape::Sphere { center, radius, bore } => {
+                let q = p - center;
+                let rho = q.norm();
+                let normal = if rho > 0.0 { q / rho } else { Vector3::x() };
+                let first = any_perpendicular(&normal);
+                let scale = 1.0 / rho.max(f64::MIN_POSITIVE).sqrt();
+                curved(rho - radius, normal, [first * scale, normal.cross(&first) * scale], *bore)
+            }
+            Shape::Cone { apex, axis, half_angle, bore } => {
+                let q = p - apex;
+                let height = axis.dot(&q);
+                let radial = q - **axis * height;
+                let rho = radial.norm();
+                let out = if rho > 0.0 { radial / rho } else { any_perpendicular(axis) };
+                let (sin, cos) = half_angle.sin_cos();
+                let around = axis.cross(&out) * (cos / rho.max(f64::MIN_POSITIVE)).sqrt();
+                let normal = out * cos - **axis * sin;
+                curved(rho * cos - height * sin, normal, [around, Vector3::zeros()], *bore)
+            }
+        }
+    }
+
+    /// A point of the reachable part of the surface (fixture coordinates) for `(u, v)` in the unit square;
+    /// uniform in area when `u` and `v` are uniform.
+    #[must_use]
+    pub fn point_at(&self, u: f64, v: f64) -> Point3<f64> {
+        let turn = std::f64::consts::TAU * u;
+        match (&self.shape, self.extent) {
+            (Shape::Plane { point, normal }, Extent::Disc { radius }) => {
+                let (e1, e2) = perpendiculars(normal);
+                point + (e1 * turn.cos() + e2 * turn.sin()) * (radius * v.sqrt())
+            }
+            (Shape::Cylinder { point, axis, radius, .. }, Extent::Along { from, to }) => {
+                let (e1, e2) = perpendiculars(axis);
+                point + (e1 * turn.cos() + e2 * turn.sin()) * *radius + **axis * (from + (to - from) * v)
+            }
+            (Shape::Sphere { center, radius, .. }, Extent::Cap { axis, half_angle }) => {
+                let (e1, e2) = perpendiculars(&axis);
+                // Archimedes: area on a sphere is uniform in height.
+                let height = 1.0 - v * (1.0 - half_angle.cos());
+                let rim = (1.0 - height * height).max(0.0).sqrt();
+                center + (*axis * height + (e1 * turn.cos() + e2 * turn.sin()) * rim) * *radius
+            }
+            (Shape::Cone { apex, axis, half_angle, .. }, Extent::Along { from, to }) => {
+                let (e1, e2) = perpendiculars(axis);
+                // The area below a height grows with its square.
+                let height = (from * from + (to * to - from * from) * v).sqrt();
+                let rim = height * half_angle.tan();
+                apex + **axis * height + (e1 * turn.cos() + e2 * turn.sin()) * rim
+            }
+            // An extent of another kind limits nothing that this shape has: stay at its reference point.
+            (Shape::Plane { point, .. }, _) => *point,
+            (Shape::Cylinder { point, axis, radius, .. }, _) => point + perpendiculars(axis).0 * *radius,
+            (Shape::Sphere { center, radius, .. }, _) => center + Vector3::z() * *radius,
+            (Shape::Cone { apex, .. }, _) => *apex,
+        }
+    }
+
+    /// The centre of a tip of radius `tip_radius` that touches the surface at `point` (both in fixture coordinates).
+    #[must_use]
+    pub fn tip_center(&self, point: &Point3<f64>, tip_radius: f64) -> Point3<f64> {
+        point + self.seen_from(point).normal * tip_radius
+    }
+
+    /// The line about which the surface may spin without being changed: point and direction.
+    #[must_use]
+    pub fn axis(&self) -> Option<(Point3<f64>, Unit<Vector3<f64>>)> {
+        match &self.shape {
+            Shape::Cylinder { point, axis, .. } => Some((*point, *axis)),
+            Shape::Cone { apex, axis, .. } => Some((*apex, *axis)),
+            Shape::Plane { .. } | Shape::Sphere { .. } => None,
+        }
+    }
+}
+
+#[inline]
+fn curved(distance: f64, normal: Vector3<f64>, bend: [Vector3<f64>; 2], bore: bool) -> Proximity {
+    let side = if bore { -1.0 } else { 1.0 };
+    Proximity { distance: distance * side, normal: normal * side, bend, bend_sign: side }
+}
+
+/// A unit vector perpendicular to `v`, which must not be zero.
+fn any_perpendicular(v: &Vector3<f64>) -> Vector3<f64> {
+    let least = v.abs().imin();
+    v.cross(&Vector3::ith(least, 1.0)).normalize()
+}
+
+/// Two unit vectors that complete the unit vector `axis` to a right-handed triad `(e1, e2, axis)`.
+///
+/// For the coordinate axis Z they are X and Y.
+#[must_use]
+pub fn perpendiculars(axis: &Unit<Vector3<f64>>) -> (Vector3<f64>, Vector3<f64>) {
+    let reference = if axis.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+    let e1 = (reference - **axis * axis.dot(&reference)).normalize();
+    (e1, axis.cross(&e1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_6;
+
+    fn every_shape() -> Vec<Surface> {
+        let axis = Unit::new_normalize(Vector3::new(0.2, -0.5, 0.8));
+        let along = Extent::Along { from: 1.0, to: 9.0 };
+        let point = Point3::new(1.0, 2.0, 3.0);
+        let mut all = vec![Surface::new(
+            "plane",
+            Shape::Plane { point, normal: axis },
+            Extent::Disc { radius: 5.0 },
+        )];
+        for bore in [false, true] {
+            all.push(Surface::new("cylinder", Shape::Cylinder { point, axis, radius: 4.0, bore }, along));
+            all.push(Surface::new(
+                "sphere",
+                Shape::Sphere { center: point, radius: 4.0, bore },
+                Extent::Cap { axis, half_angle: 1.0 },
+            ));
+            all.push(Surface::new(
+                "cone",
+                Shape::Cone { apex: point, axis, half_angle: FRAC_PI_6, bore },
+                along,
+            ));
+        }
+        all
+    }
+
+    #[test]
+    fn distance_has_the_stated_gradient_and_hessian() {
+        // Central differences of step 1e-4: truncation 1e-8 of a third derivative below 1, rounding 1e-12 / step.
+        const STEP: f64 = 1e-4;
+        const TOLERANCE: f64 = 1e-6;
+        for surface in every_shape() {
+            let p = Point3::new(3.3, -1.2, 7.1);
+            let here = surface.seen_from(&p);
+            for axis in 0..3 {
+                let d = Vector3::ith(axis, STEP);
+                let (up, down) = (surface.seen_from(&(p + d)), surface.seen_from(&(p - d)));
+                let slope = (up.distance - down.distance) / (2.0 * STEP);
+                assert!((slope - here.normal[axis]).abs() < TOLERANCE, "{}", surface.name);
+                let bending = (up.normal - down.normal) / (2.0 * STEP);
+                let hessian = here.bend.iter().map(|b| b * b[axis]).sum::<Vector3<f64>>() * here.bend_sign;
+                assert!((bending - hessian).norm() < TOLERANCE, "{}", surface.name);
+            }
+        }
+    }
+
+    #[test]
+    fn points_of_a_surface_lie_on_it_and_tips_a_radius_away() {
+        for surface in every_shape() {
+            for (u, v) in [(0.0, 0.0), (0.3, 0.7), (0.9, 1.0)] {
+                let p = surface.point_at(u, v);
+                assert!(surface.seen_from(&p).distance.abs() < 1e-13, "{} at {p}", surface.name);
+                let tip = surface.tip_center(&p, 0.5);
+                assert!((surface.seen_from(&tip).distance - 0.5).abs() < 1e-13, "{}", surface.name);
+            }
+        }
+    }
+}

@@ -132,21 +132,24 @@ impl SolveError {
     /// Whether the input is wrong (`true`), or sound without giving a frame to trust (`false`).
     #[must_use]
     pub fn is_input_error(&self) -> bool {
-        matches!(
-            self,
-            Self::TooFewTouches { .. } | Self::InvalidTouches { .. } | Self::Unsupported { .. }
-        )
+        matches!(self, Self::TooFewTouches { .. } | Self::InvalidTouches { .. } | Self::Unsupported { .. })
     }
 
     /// What to do about it, in words.
     #[must_use]
     pub fn help(&self) -> &str {
         match self {
-            Self::TooFewTouches { .. } => "add the missing touches; `touchref describe` tells the layout a fixture needs",
+            Self::TooFewTouches { .. } => {
+                "add the missing touches; `touchref describe` tells the layout a fixture needs"
+            }
             Self::InvalidTouches { help, .. } => help,
             Self::Degenerate(details) => &details.help,
-            Self::Ambiguous(refusal) | Self::Inconsistent(refusal) | Self::NotValidated(refusal) => &refusal.help,
-            Self::NotConverged { .. } => "check the labels and units of the touches, or give an approximate frame",
+            Self::Ambiguous(refusal) | Self::Inconsistent(refusal) | Self::NotValidated(refusal) => {
+                &refusal.help
+            }
+            Self::NotConverged { .. } => {
+                "check the labels and units of the touches, or give an approximate frame"
+            }
             Self::Unsupported { .. } => "`touchref list solvers` tells what there is",
         }
     }
@@ -155,7 +158,9 @@ impl SolveError {
     #[must_use]
     pub fn refusal(&self) -> Option<&Refusal> {
         match self {
-            Self::Ambiguous(refusal) | Self::Inconsistent(refusal) | Self::NotValidated(refusal) => Some(refusal),
+            Self::Ambiguous(refusal) | Self::Inconsistent(refusal) | Self::NotValidated(refusal) => {
+                Some(refusal)
+            }
             _ => None,
         }
     }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 
 use crate::{
     Frame, Problem, SolveError, Surface, Touch, TouchError,
@@ -186,12 +186,4 @@ pub enum RootKind {
     Real,
     /// It comes nearest to meeting them: two roots that noise made complex, or a double root.
     NearMiss,
-}
-
-/// The line through `point` along `direction`, for messages of fixtures about free motions.
-pub(crate) fn line_in_words(point: &Point3<f64>, direction: &Vector3<f64>) -> String {
-    format!(
-        "the line through ({:.4}, {:.4}, {:.4}) along ({:.4}, {:.4}, {:.4})",
-        point.x, point.y, point.z, direction.x, direction.y, direction.z
-    )
 }

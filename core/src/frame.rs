@@ -79,10 +79,7 @@ impl Frame {
     /// This frame as seen from another parent, whose pose is `grandparent`.
     #[must_use]
     pub fn seen_from(&self, grandparent: &Self) -> Self {
-        Self {
-            rotation: grandparent.rotation * self.rotation,
-            origin: grandparent.to_parent(&self.origin),
-        }
+        Self { rotation: grandparent.rotation * self.rotation, origin: grandparent.to_parent(&self.origin) }
     }
 
     /// The rotation as a unit quaternion `[x, y, z, w]` with `w >= 0` (when `w` is 0 the first of x, y, z that is

@@ -17,18 +17,14 @@ pub mod surface;
 pub mod touch;
 
 pub use error::{Degenerate, Refusal, SolveError, TouchError};
-pub use fixture::{
-    ClosedForm, Dimension, Fixture, MAX_MEASURES, Quantity, Requirement, Root, RootKind,
-};
+pub use fixture::{ClosedForm, Dimension, Fixture, MAX_MEASURES, Quantity, Requirement, Root, RootKind};
 pub use frame::{Frame, Twist};
 pub use observability::{Motion, Observability, RANK_TOLERANCE};
 pub use parameters::{ParameterError, ParameterKind, ParameterSpec, Parameters, Value};
-pub use registry::{
-    FixtureEntry, FixturePlugin, Plugin, Registry, RegistryError, SolverEntry, SolverPlugin,
-};
+pub use registry::{FixtureEntry, FixturePlugin, Plugin, Registry, RegistryError, SolverEntry, SolverPlugin};
 pub use solver::{
-    Covariance, Limit, Measure, Problem, Residual, RootReport, SecondMinimum, SigmaSource, Solution,
-    Solver, Trust, Warning,
+    Covariance, Limit, Measure, Problem, Residual, RootReport, SecondMinimum, SigmaSource, Solution, Solver,
+    Trust, Warning,
 };
 pub use surface::{Extent, Proximity, Shape, Surface};
 pub use touch::{Noise, Probe, Touch};

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix6, Point3, Vector3, Vector6};
 
-use crate::{Fixture, Frame, Shape, Twist, fixture::line_in_words};
+use crate::{Fixture, Frame, Shape, Twist};
 
 /// Smallest over largest singular value of the scaled Jacobian below which a motion counts as free.
 ///
@@ -26,10 +26,32 @@ pub struct Observability {
 /// A motion of the fixture, in numbers and in words.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
-    /// Along the **fixture's** axes, about its origin; of unit length with rotations scaled by the fixture's size.
+    /// Along the **parent's** axes, about the point [`about`](Self::about).
     pub twist: Twist,
+    /// The point, in the parent, that the twist's translation moves.
+    pub about: Point3<f64>,
     /// "rotation about the axis of `cylinder`", "slide along ...".
     pub words: String,
+}
+
+impl Motion {
+    /// A motion told along the fixture's axes about its origin.
+    #[must_use]
+    pub fn of_fixture(fixture: &dyn Fixture, frame: &Frame, twist: &Twist) -> Self {
+        let in_parent = Twist {
+            translation: frame.rotation * twist.translation,
+            rotation: frame.rotation * twist.rotation,
+        };
+        Self { twist: in_parent, about: frame.origin, words: in_words(fixture, frame, twist) }
+    }
+
+    /// A turn about the line through `point` along `direction` (parent), which is `name`.
+    #[must_use]
+    pub fn rotation_about(point: &Point3<f64>, direction: &Vector3<f64>, name: &str) -> Self {
+        let twist = Twist { translation: Vector3::zeros(), rotation: *direction };
+        let line = line_in_words(point, direction);
+        Self { twist, about: *point, words: format!("rotation about {line}: {name}") }
+    }
 }
 
 impl Observability {
@@ -41,7 +63,7 @@ impl Observability {
         let (largest, smallest) = (singular.max(), singular.min());
         let rank = singular.iter().filter(|s| **s > RANK_TOLERANCE * largest).count();
         let condition = if smallest > 0.0 { largest / smallest } else { f64::INFINITY };
-        let weakest = Motion { twist, words: in_words(fixture, frame, &twist) };
+        let weakest = Motion::of_fixture(fixture, frame, &twist);
         Self { rank, condition, weakest }
     }
 }
@@ -85,9 +107,8 @@ pub fn in_words(fixture: &dyn Fixture, frame: &Frame, twist: &Twist) -> String {
         let through = (point - axis_point).cross(&axis).norm() < NEAR * size;
         (along && through).then(|| format!("the axis of `{}`", surface.name))
     });
-    let about = named.unwrap_or_else(|| {
-        line_in_words(&frame.to_parent(&axis_point), &(frame.rotation * direction))
-    });
+    let about =
+        named.unwrap_or_else(|| line_in_words(&frame.to_parent(&axis_point), &(frame.rotation * direction)));
     if pitch_slide.abs() > MOSTLY * turn * size {
         let ratio = pitch_slide / turn;
         format!("rotation about {about}, with a slide of {ratio:.3} along it per radian")
@@ -112,5 +133,13 @@ fn slide_in_words(fixture: &dyn Fixture, frame: &Frame, v: &Vector3<f64>) -> Str
     named.map_or_else(
         || format!("slide along ({:.4}, {:.4}, {:.4})", d.x, d.y, d.z),
         |name| format!("slide along {name}"),
+    )
+}
+
+/// The line through `point` along `direction`, told.
+fn line_in_words(point: &Point3<f64>, direction: &Vector3<f64>) -> String {
+    format!(
+        "the line through ({:.4}, {:.4}, {:.4}) along ({:.4}, {:.4}, {:.4})",
+        point.x, point.y, point.z, direction.x, direction.y, direction.z
     )
 }

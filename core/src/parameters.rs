@@ -234,9 +234,9 @@ fn check(spec: &ParameterSpec, value: &Value) -> Result<(), ParameterError> {
         }
         (ParameterKind::Angle { above, below }, Value::Number { value, u }) => uncertainty_problem(*u)
             .or_else(|| (!(*value > above && *value < below)).then(|| format!("is {value}"))),
-        (ParameterKind::Lengths3, Value::Numbers(numbers)) => (numbers.len() != 3
-            || !numbers.iter().copied().all(positive))
-        .then(|| format!("is {numbers:?}")),
+        (ParameterKind::Lengths3, Value::Numbers(numbers)) => {
+            (numbers.len() != 3 || !numbers.iter().copied().all(positive)).then(|| format!("is {numbers:?}"))
+        }
         (ParameterKind::Choice(words), Value::Word(word)) => {
             if words.contains(&word.as_str()) {
                 None
@@ -263,7 +263,8 @@ fn check(spec: &ParameterSpec, value: &Value) -> Result<(), ParameterError> {
 }
 
 fn uncertainty_problem(u: f64) -> Option<String> {
-    (!(u.is_finite() && u >= 0.0)).then(|| format!("has the standard uncertainty {u}, which must be 0 or more"))
+    (!(u.is_finite() && u >= 0.0))
+        .then(|| format!("has the standard uncertainty {u}, which must be 0 or more"))
 }
 
 /// A parameter that a plugin cannot take.

@@ -185,9 +185,7 @@ impl Registry {
     }
 }
 
-fn merged<P: Plugin>(
-    plugins: impl Iterator<Item = &'static P>,
-) -> Result<Vec<&'static P>, RegistryError> {
+fn merged<P: Plugin>(plugins: impl Iterator<Item = &'static P>) -> Result<Vec<&'static P>, RegistryError> {
     let mut all: Vec<&'static P> = plugins.collect();
     // The order of collection differs between builds; names, then origins, do not.
     all.sort_by_key(|plugin| (plugin.name(), plugin.origin()));

@@ -36,11 +36,7 @@ impl<'a> Problem<'a> {
     ///
     /// # Errors
     /// The first touch or probe value that is wrong.
-    pub fn new(
-        fixture: &'a dyn Fixture,
-        touches: &'a [Touch],
-        probe: Probe,
-    ) -> Result<Self, TouchError> {
+    pub fn new(fixture: &'a dyn Fixture, touches: &'a [Touch], probe: Probe) -> Result<Self, TouchError> {
         check_probe(&probe)?;
         if touches.is_empty() {
             return Err(TouchError::Empty);

@@ -1,6 +1,6 @@
 //! Touchable surfaces: signed distance, outward normal, curvature and extent.
 
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Matrix3, Point3, Unit, Vector3};
 
 /// Geometry of a surface, in fixture coordinates.
 ///
@@ -86,18 +86,13 @@ pub struct Surface {
     pub extent: Extent,
 }
 
-/// A surface seen from one point near it: all that a solver needs to know.
+/// A surface seen from one point near it.
 #[derive(Debug, Clone, Copy)]
 pub struct Proximity {
     /// Signed distance from the surface, positive on the probe's side.
     pub distance: f64,
     /// Gradient of the distance: the outward normal at the foot of the point, a unit vector.
     pub normal: Vector3<f64>,
-    /// Second derivative of the distance, as two tangent directions scaled so that the Hessian is
-    /// `bend[0] bend[0]^T + bend[1] bend[1]^T`, times [`bend_sign`](Self::bend_sign); zero for a plane.
-    pub bend: [Vector3<f64>; 2],
-    /// `1` where distances grow by moving sideways (a pin, a ball), `-1` in a bore.
-    pub bend_sign: f64,
 }
 
 impl Surface {
@@ -114,40 +109,46 @@ impl Surface {
     #[inline]
     pub fn seen_from(&self, p: &Point3<f64>) -> Proximity {
         match &self.shape {
-            Shape::Plane { point, normal } => Proximity {
-                distance: normal.dot(&(p - point)),
-                normal: **normal,
-                bend: [Vector3::zeros(); 2],
-                bend_sign: 1.0,
-            },
+            Shape::Plane { point, normal } => {
+                Proximity { distance: normal.dot(&(p - point)), normal: **normal }
+            }
             Shape::Cylinder { point, axis, radius, bore } => {
-                let q = p - point;
-                let radial = q - **axis * axis.dot(&q);
-                let rho = radial.norm();
-                let normal = if rho > 0.0 { radial / rho } else { any_perpendicular(axis) };
-                let around = axis.cross(&normal) / rho.max(f64::MIN_POSITIVE).sqrt();
-                curved(rho - radius, normal, [around, Vector3::zeros()], *bore)
+                let (_, rho, out) = about_axis(&(p - point), axis);
+                sided(rho - radius, out, *bore)
             }
             Shape::Sphere { center, radius, bore } => {
-                let q = p - center;
-                let rho = q.norm();
-                let normal = if rho > 0.0 { q / rho } else { Vector3::x() };
-                let first = any_perpendicular(&normal);
-                let scale = 1.0 / rho.max(f64::MIN_POSITIVE).sqrt();
-                curved(rho - radius, normal, [first * scale, normal.cross(&first) * scale], *bore)
+                let (rho, out) = length_and_direction(&(p - center), &Vector3::z_axis());
+                sided(rho - radius, out, *bore)
             }
             Shape::Cone { apex, axis, half_angle, bore } => {
-                let q = p - apex;
-                let height = axis.dot(&q);
-                let radial = q - **axis * height;
-                let rho = radial.norm();
-                let out = if rho > 0.0 { radial / rho } else { any_perpendicular(axis) };
+                let (height, rho, out) = about_axis(&(p - apex), axis);
                 let (sin, cos) = half_angle.sin_cos();
-                let around = axis.cross(&out) * (cos / rho.max(f64::MIN_POSITIVE)).sqrt();
-                let normal = out * cos - **axis * sin;
-                curved(rho * cos - height * sin, normal, [around, Vector3::zeros()], *bore)
+                sided(rho * cos - height * sin, out * cos - **axis * sin, *bore)
             }
         }
+    }
+
+    /// The second derivative of the signed distance at `p` (fixture coordinates), one over length.
+    ///
+    /// Undefined, and given as if at a distance of the smallest positive number, on an axis or a centre.
+    #[must_use]
+    pub fn curvature_at(&self, p: &Point3<f64>) -> Matrix3<f64> {
+        let around = |axis: &Unit<Vector3<f64>>, q: Vector3<f64>| {
+            let (_, rho, out) = about_axis(&q, axis);
+            let tangent = axis.cross(&out);
+            tangent * tangent.transpose() / rho.max(f64::MIN_POSITIVE)
+        };
+        let (curvature, bore) = match &self.shape {
+            Shape::Plane { .. } => return Matrix3::zeros(),
+            Shape::Cylinder { point, axis, bore, .. } => (around(axis, p - point), bore),
+            Shape::Sphere { center, bore, .. } => {
+                let (rho, out) = length_and_direction(&(p - center), &Vector3::z_axis());
+                let tangents = Matrix3::identity() - out * out.transpose();
+                (tangents / rho.max(f64::MIN_POSITIVE), bore)
+            }
+            Shape::Cone { apex, axis, half_angle, bore } => (around(axis, p - apex) * half_angle.cos(), bore),
+        };
+        if *bore { -curvature } else { curvature }
     }
 
     /// A point of the reachable part of the surface (fixture coordinates) for `(u, v)` in the unit square;
@@ -203,16 +204,25 @@ impl Surface {
     }
 }
 
+/// Distance and normal of a surface with the material inside, or outside for a bore.
 #[inline]
-fn curved(distance: f64, normal: Vector3<f64>, bend: [Vector3<f64>; 2], bore: bool) -> Proximity {
-    let side = if bore { -1.0 } else { 1.0 };
-    Proximity { distance: distance * side, normal: normal * side, bend, bend_sign: side }
+fn sided(distance: f64, normal: Vector3<f64>, bore: bool) -> Proximity {
+    if bore { Proximity { distance: -distance, normal: -normal } } else { Proximity { distance, normal } }
 }
 
-/// A unit vector perpendicular to `v`, which must not be zero.
-fn any_perpendicular(v: &Vector3<f64>) -> Vector3<f64> {
-    let least = v.abs().imin();
-    v.cross(&Vector3::ith(least, 1.0)).normalize()
+/// Height along the axis, distance from it, and the direction away from it.
+#[inline]
+fn about_axis(q: &Vector3<f64>, axis: &Unit<Vector3<f64>>) -> (f64, f64, Vector3<f64>) {
+    let height = axis.dot(q);
+    let (rho, out) = length_and_direction(&(q - **axis * height), axis);
+    (height, rho, out)
+}
+
+/// Length and direction; the zero vector gets a direction perpendicular to `unless`.
+#[inline]
+fn length_and_direction(v: &Vector3<f64>, unless: &Unit<Vector3<f64>>) -> (f64, Vector3<f64>) {
+    let length = v.norm();
+    (length, if length > 0.0 { v / length } else { perpendiculars(unless).0 })
 }
 
 /// Two unit vectors that complete the unit vector `axis` to a right-handed triad `(e1, e2, axis)`.
@@ -234,11 +244,8 @@ mod tests {
         let axis = Unit::new_normalize(Vector3::new(0.2, -0.5, 0.8));
         let along = Extent::Along { from: 1.0, to: 9.0 };
         let point = Point3::new(1.0, 2.0, 3.0);
-        let mut all = vec![Surface::new(
-            "plane",
-            Shape::Plane { point, normal: axis },
-            Extent::Disc { radius: 5.0 },
-        )];
+        let mut all =
+            vec![Surface::new("plane", Shape::Plane { point, normal: axis }, Extent::Disc { radius: 5.0 })];
         for bore in [false, true] {
             all.push(Surface::new("cylinder", Shape::Cylinder { point, axis, radius: 4.0, bore }, along));
             all.push(Surface::new(
@@ -269,8 +276,8 @@ mod tests {
                 let slope = (up.distance - down.distance) / (2.0 * STEP);
                 assert!((slope - here.normal[axis]).abs() < TOLERANCE, "{}", surface.name);
                 let bending = (up.normal - down.normal) / (2.0 * STEP);
-                let hessian = here.bend.iter().map(|b| b * b[axis]).sum::<Vector3<f64>>() * here.bend_sign;
-                assert!((bending - hessian).norm() < TOLERANCE, "{}", surface.name);
+                let hessian = surface.curvature_at(&p);
+                assert!((bending - hessian.column(axis)).norm() < TOLERANCE, "{}", surface.name);
             }
         }
     }

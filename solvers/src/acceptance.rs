@@ -1,0 +1,490 @@
+//! When may a frame be accepted?
+//!
+//! The squared misfit at the true frame follows chi-square with one degree of freedom per touch, whatever the
+//! geometry: the set of frames below a level is an exact confidence set, and each connected piece of it holds a local
+//! minimum of the misfit. So, with every minimum known, a frame stands when its minimum is consistent, no other
+//! minimum lies below the level, and the quadratic model on which its covariance rests holds as far as the level
+//! reaches.
+//!
+//! All conditions scale with the noise. Instead of testing them at the stated noise, [`Judgement`] finds the factor of
+//! the problem's sigmas at which each gives way: the frame stands between [`Bounds::from`] and the least of the
+//! others. The same bounds decide at a stated noise (factor one) and answer conditionally where none is stated.
+
+use nalgebra::Vector6;
+use touchref_core::{
+    Frame, Limit, Motion, Observability, Problem, Refusal, RootReport, SecondMinimum, SolveError, Trust,
+    error::Degenerate, observability::weakest_motion, statistics::chi_square_level,
+};
+
+use crate::{
+    levenberg_marquardt::descend_unless,
+    model::{Model, SquareRoot, State},
+    words::short,
+};
+
+/// Chance at which a true frame is called inconsistent.
+pub(crate) const INCONSISTENT: f64 = 1e-3;
+/// Chance that the true frame lies in a minimum above the level at which a second one counts as ambiguous.
+pub(crate) const AMBIGUOUS: f64 = 1e-6;
+/// Relative curvature from which first-order uncertainty is not trusted. At 0.3 a true error beyond the 1e-9 level
+/// needs a noise draw of 5.3 standard deviations along the worst direction.
+const CURVATURE: f64 = 0.3;
+/// The 1e-9 level of six degrees of freedom, in standard deviations: how far the quadratic model must hold.
+const REACH: f64 = 7.3;
+/// The misfit's rise there, as a part of the predicted one.
+const RISE: [f64; 2] = [0.55, 3.0];
+/// Minima nearer than this (standard deviations) are one.
+const SAME: f64 = 0.01;
+/// Minima nearer than this part of the fixture's size are one, whatever the noise: ends of descents.
+const SAME_PLACE: f64 = 1e-7;
+/// Sine of the angle by which an approach may point out of its surface: a grazing touch.
+const APPROACH_SLACK: f64 = 0.087;
+/// A motion whose standard deviation exceeds this part of the fixture's size (radians, for a turn) is as good as free.
+const FREE: f64 = 0.05;
+/// An expected frame decides between two when it is this many times nearer to one.
+const NEARER: f64 = 2.0;
+
+/// A local minimum of the squared misfit.
+#[derive(Debug, Clone)]
+pub(crate) struct Minimum<const P: usize> {
+    pub(crate) state: State,
+    pub(crate) chi_square: f64,
+    pub(crate) root: SquareRoot<P>,
+    /// The first touch whose approach comes out of its surface there, if any.
+    pub(crate) wrong_approach: Option<usize>,
+}
+
+impl<const P: usize> Minimum<P> {
+    /// Mahalanobis distance of a frame, and its distance as a part of the fixture's size.
+    fn distances(&self, frame: &Frame, size: f64) -> (f64, f64) {
+        let twist = self.state.frame.twist_to(frame);
+        let whitened = self.root.of_frame() * Vector6::from(twist);
+        (whitened.norm(), twist.translation.norm() / size + twist.rotation.norm())
+    }
+
+    /// Whether a frame of this squared misfit is sure to descend to this minimum: it is within one standard deviation
+    /// in misfit and in Mahalanobis distance, at `noise` times the problem's sigmas.
+    fn is_basin_of(&self, frame: &Frame, chi_square: f64, size: f64, noise: f64) -> bool {
+        (chi_square - self.chi_square).abs() < noise * noise && self.distances(frame, size).0 < noise
+    }
+
+    /// Whether a frame is this minimum, at `noise` times the problem's sigmas.
+    pub(crate) fn is_at(&self, frame: &Frame, size: f64, noise: f64) -> bool {
+        let (mahalanobis, place) = self.distances(frame, size);
+        mahalanobis < SAME * noise || place < SAME_PLACE
+    }
+}
+
+/// Every minimum found, lowest first, and the noise up to which the search claims to be complete.
+struct Survey<const P: usize> {
+    minima: Vec<Minimum<P>>,
+    complete_up_to: f64,
+}
+
+/// Descends from every candidate that the fixture knows at `noise` times the problem's sigmas.
+fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey<P>, SolveError> {
+    let problem = model.problem;
+    let size = problem.fixture().size();
+    let mut minima: Vec<Minimum<P>> = Vec::new();
+    let mut visit = |start: Frame| {
+        let known = |state: &State, chi_square: f64| {
+            minima.iter().any(|m| m.is_basin_of(&state.frame, chi_square, size, noise))
+        };
+        let Some(end) = descend_unless(model, State::at(start), known) else { return };
+        if !end.chi_square.is_finite() || minima.iter().any(|m| m.is_at(&end.state.frame, size, noise)) {
+            return;
+        }
+        minima.push(Minimum {
+            state: end.state,
+            chi_square: end.chi_square,
+            root: model.square_root(&end.state),
+            wrong_approach: wrong_approach(model, &end.state),
+        });
+    };
+    if let Some(near) = problem.expected_near() {
+        visit(*near);
+    }
+    let complete_up_to = match problem.fixture().closed_form() {
+        Some(closed_form) => closed_form.candidates(problem, noise, &mut visit)?,
+        None => 0.0,
+    };
+    minima.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+    Ok(Survey { minima, complete_up_to })
+}
+
+/// The first touch whose approach comes out of the material.
+fn wrong_approach<const P: usize>(model: &Model<'_, P>, state: &State) -> Option<usize> {
+    let touches = model.problem.touches().iter().enumerate();
+    let mut wrong = touches.filter_map(|(index, touch)| {
+        let approach = touch.approach?;
+        (approach.dot(&model.normal(state, index)) > APPROACH_SLACK).then_some(index)
+    });
+    wrong.next()
+}
+
+/// Factors of the problem's sigmas at which each condition gives way.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bounds {
+    /// Below this the touches contradict the fixture.
+    pub(crate) from: f64,
+    /// Above this a second frame fits.
+    pub(crate) ambiguity: f64,
+    /// Above this the relative curvature is too large.
+    pub(crate) curvature: f64,
+    /// Above this the misfit does not rise as predicted.
+    pub(crate) rise: f64,
+    /// Above this the search is not complete.
+    pub(crate) search: f64,
+}
+
+impl Bounds {
+    fn of(&mut self, limit: Limit) -> &mut f64 {
+        match limit {
+            Limit::Ambiguity => &mut self.ambiguity,
+            Limit::Curvature => &mut self.curvature,
+            Limit::Rise => &mut self.rise,
+            _ => &mut self.search,
+        }
+    }
+
+    /// The least upper bound, and what gives way there.
+    pub(crate) fn up_to(&self) -> (f64, Limit) {
+        let all = [
+            (self.search, Limit::Search),
+            (self.ambiguity, Limit::Ambiguity),
+            (self.curvature, Limit::Curvature),
+            (self.rise, Limit::Rise),
+        ];
+        let least = all
+            .into_iter()
+            .fold((f64::INFINITY, Limit::None), |least, next| if next.0 < least.0 { next } else { least });
+        (least.0, least.1)
+    }
+}
+
+/// What is known of a problem once every minimum was weighed.
+#[derive(Debug, Clone)]
+pub(crate) struct Judgement<const P: usize> {
+    /// Every minimum, lowest first.
+    pub(crate) minima: Vec<Minimum<P>>,
+    /// Which one is the frame, if any stands.
+    pub(crate) chosen: usize,
+    /// The next best one that no approach rules out.
+    pub(crate) second: Option<usize>,
+    /// Whether an expected frame decided.
+    pub(crate) by_near: bool,
+    pub(crate) bounds: Bounds,
+    /// Relative curvature at the problem's own sigmas.
+    pub(crate) curvature: f64,
+    /// Standard deviation of the weakest motion at the problem's own sigmas, as a part of the fixture's size.
+    weakest_sd: f64,
+    pub(crate) observability: Observability,
+}
+
+/// Degrees of freedom: touches less the frame's six. A prior adds an observation and an unknown.
+pub(crate) fn degrees_of_freedom(problem: &Problem<'_>) -> usize {
+    problem.touches().len().saturating_sub(6)
+}
+
+impl<const P: usize> Judgement<P> {
+    /// Finds and weighs every minimum.
+    ///
+    /// # Errors
+    /// [`SolveError::Degenerate`] where a motion is free at the best minimum, [`SolveError::InvalidTouches`] where the
+    /// touches contradict the fixture.
+    pub(crate) fn of(model: &Model<'_, P>) -> Result<Self, SolveError> {
+        /// Rounds in which the noise to search at settles where none is stated.
+        const ROUNDS: usize = 4;
+        if model.problem.reference_sigma().is_some() {
+            return Self::at_noise(model, 1.0);
+        }
+        // The search for candidates depends on the noise, and the noise up to which the frame stands on the
+        // candidates: from none upward, then down to where both agree.
+        let mut judgement = Self::at_noise(model, 0.0)?;
+        for _ in 0..ROUNDS {
+            let before = judgement.bounds.up_to();
+            judgement = judgement.searched_to_its_bound(model)?;
+            if judgement.bounds.up_to() == before {
+                break;
+            }
+        }
+        Ok(judgement)
+    }
+
+    /// The judgement after a search at the noise up to which it says that the frame stands: what was found only there
+    /// counts, too.
+    pub(crate) fn searched_to_its_bound(self, model: &Model<'_, P>) -> Result<Self, SolveError> {
+        let (noise, limit) = self.bounds.up_to();
+        if !noise.is_finite() {
+            return Ok(self);
+        }
+        let mut next = Self::at_noise(model, noise)?;
+        if next.bounds.up_to().0 > noise {
+            // Nothing new: the bound found before stands, for its own reason.
+            *next.bounds.of(limit) = noise;
+        }
+        Ok(next)
+    }
+
+    fn at_noise(model: &Model<'_, P>, noise: f64) -> Result<Self, SolveError> {
+        let problem = model.problem;
+        let Survey { minima, complete_up_to } = survey(model, noise)?;
+        let standing: Vec<usize> =
+            (0..minima.len()).filter(|i| minima[*i].wrong_approach.is_none()).collect();
+        // Where every minimum has an approach against it, weigh them all the same: the refusal says why.
+        let Some(&lowest) = standing.first().or((!minima.is_empty()).then_some(&0)) else {
+            return Err(no_candidate());
+        };
+        let degrees = degrees_of_freedom(problem);
+        let ambiguous = chi_square_level(AMBIGUOUS, degrees);
+        let (chosen, by_near) = choose(problem, &minima, &standing, lowest, ambiguous);
+        let second = standing.iter().copied().find(|i| *i != chosen);
+
+        let best = &minima[chosen];
+        let frame = best.state.frame;
+        let observability = Observability::from_square_root(problem.fixture(), &frame, &best.root.of_frame());
+        let (singular, _) = weakest_motion(&best.root.of_frame(), problem.fixture().size());
+        let weakest_sd = 1.0 / (singular.min() * problem.fixture().size());
+        let curvature = model.curvature(&best.state, &best.root);
+        let at_level = |chi_square: f64, level: f64| (chi_square / level).sqrt();
+        let from = if degrees == 0 {
+            0.0
+        } else {
+            at_level(best.chi_square, chi_square_level(INCONSISTENT, degrees))
+        };
+        let ambiguity = match second {
+            Some(second) if !by_near => at_level(minima[second].chi_square, ambiguous),
+            _ => f64::INFINITY,
+        };
+        let mut bounds = Bounds {
+            from,
+            ambiguity,
+            curvature: CURVATURE / curvature,
+            rise: f64::INFINITY,
+            search: complete_up_to,
+        };
+        bounds.rise = rise_bound(model, &best.state, best.chi_square, &best.root, bounds.up_to().0);
+        Ok(Self { minima, chosen, second, by_near, bounds, curvature, weakest_sd, observability })
+    }
+
+    /// The minimum that is the frame, if any stands.
+    pub(crate) fn best(&self) -> &Minimum<P> {
+        &self.minima[self.chosen]
+    }
+}
+
+/// The lowest minimum, or the one that an expected frame decides for among those that fit.
+fn choose<const P: usize>(
+    problem: &Problem<'_>,
+    minima: &[Minimum<P>],
+    standing: &[usize],
+    lowest: usize,
+    ambiguous: f64,
+) -> (usize, bool) {
+    let Some(near) = problem.expected_near() else { return (lowest, false) };
+    let size = problem.fixture().size();
+    // Where no sigma is stated, any minimum may fit at some noise.
+    let known = problem.reference_sigma().is_some();
+    let mut fitting: Vec<(f64, usize)> = standing
+        .iter()
+        .filter(|i| !known || minima[**i].chi_square < ambiguous)
+        .map(|i| (minima[*i].distances(near, size).1, *i))
+        .collect();
+    fitting.sort_by(|a, b| a.0.total_cmp(&b.0));
+    match fitting.as_slice() {
+        [(nearest, index), (next, _), ..] if nearest * NEARER < *next => (*index, true),
+        _ => (lowest, false),
+    }
+}
+
+/// The noise factor up to which the misfit rises from a minimum along its weakest motion as the quadratic model
+/// predicts, as far as `limit`; infinite when it does to the end.
+pub(crate) fn rise_bound<const P: usize>(
+    model: &Model<'_, P>,
+    state: &State,
+    chi_square: f64,
+    root: &SquareRoot<P>,
+    limit: f64,
+) -> f64 {
+    /// Each noise factor tried is this many times the one before.
+    const GROWTH: f64 = 1.25;
+    /// Factors tried below the limit: the least is 1e-3 of it.
+    const TRIES: i32 = 32;
+    if !(limit.is_finite() && limit > 0.0) {
+        return f64::INFINITY;
+    }
+    let of_frame = root.of_frame();
+    let (singular, twist) = weakest_motion(&of_frame, model.problem.fixture().size());
+    if singular.min() <= 0.0 {
+        return 0.0;
+    }
+    let motion = Vector6::from(twist) / singular.min();
+    let step = root.with_extras(&motion);
+    let holds = |noise: f64| {
+        let reach = REACH * noise;
+        [reach, -reach].into_iter().all(|reach| {
+            let there = state.moved(&step.map(|s| s * reach));
+            let rise = (model.chi_square(&there) - chi_square) / (reach * reach);
+            // What rounding of the misfit may add to a rise that is small itself.
+            let rounding = 64.0 * f64::EPSILON * chi_square / (reach * reach);
+            rise > RISE[0] - rounding && rise < RISE[1] + rounding
+        })
+    };
+    let mut last = 0.0;
+    for k in (0..=TRIES).rev() {
+        let noise = limit * GROWTH.powi(-k);
+        if !holds(noise) {
+            let (mut low, mut high) = (last, noise);
+            for _ in 0..20 {
+                let middle = 0.5 * (low + high);
+                if holds(middle) { low = middle } else { high = middle }
+            }
+            return low;
+        }
+        last = noise;
+    }
+    f64::INFINITY
+}
+
+/// What a relative curvature allows.
+pub(crate) fn curvature_bound(curvature: f64) -> f64 {
+    CURVATURE / curvature
+}
+
+/// A free motion at a frame, told as a refusal.
+pub(crate) fn degenerate(observability: &Observability, free: Motion) -> SolveError {
+    SolveError::Degenerate(Box::new(Degenerate {
+        // A motion may be seen, but worse than the noise lets it be told.
+        rank: observability.rank.min(5),
+        unknowns: 6,
+        ratio: 1.0 / observability.condition,
+        bound: touchref_core::RANK_TOLERANCE,
+        free,
+        help: "add a touch that this motion would move off its surface".to_owned(),
+    }))
+}
+
+fn no_candidate() -> SolveError {
+    SolveError::InvalidTouches {
+        problem: "no frame of the fixture comes near these touches".to_owned(),
+        help: "check the labels and the unit of the touches".to_owned(),
+        touches: Vec::new(),
+    }
+}
+
+/// The part of a refusal or a solution that every solver fills in the same way.
+pub(crate) struct Account<'a, 'p, const P: usize> {
+    pub(crate) problem: &'a Problem<'p>,
+    pub(crate) judgement: &'a Judgement<P>,
+    /// The bounds to hold against the noise: the judgement's, or tighter ones of the solver's own.
+    pub(crate) bounds: Bounds,
+}
+
+impl<const P: usize> Account<'_, '_, P> {
+    /// Length of one factor of the problem's sigmas.
+    fn unit(&self) -> f64 {
+        self.problem.reference_sigma().unwrap_or(1.0)
+    }
+
+    pub(crate) fn trust(&self) -> Trust {
+        let (up_to, limited_by) = self.bounds.up_to();
+        let known = self.problem.reference_sigma();
+        let second = self.judgement.second.map(|i| &self.judgement.minima[i]);
+        let at = if known.is_some() { 1.0 } else { up_to };
+        Trust {
+            sigma: known,
+            from_sigma: self.bounds.from * self.unit(),
+            up_to_sigma: up_to * self.unit(),
+            limited_by,
+            second_minimum: second.map(|minimum| SecondMinimum {
+                chi_square: known.map(|_| minimum.chi_square),
+                frame: minimum.state.frame,
+            }),
+            nonlinearity: Some(self.judgement.curvature * at).filter(|c| c.is_finite()),
+        }
+    }
+
+    /// Why the frame does not stand, if it does not.
+    pub(crate) fn refusal(
+        &self,
+        roots: impl FnOnce() -> Vec<RootReport>,
+        hint: impl FnOnce() -> String,
+    ) -> Option<SolveError> {
+        let bounds = &self.bounds;
+        let (up_to, limit) = bounds.up_to();
+        let known = self.problem.reference_sigma().is_some();
+        // Where no sigma is stated, some sigma must satisfy both sides.
+        let noise = if known { 1.0 } else { bounds.from };
+        let wrong_approach = self.judgement.best().wrong_approach;
+        let inconsistent = wrong_approach.is_some() || (known && bounds.from > noise);
+        if !inconsistent && up_to > noise {
+            return None;
+        }
+        let refuse = |message: String, help: String| {
+            Box::new(Refusal {
+                message,
+                help,
+                roots: roots(),
+                trust: self.trust(),
+                observability: Some(self.judgement.observability.clone()),
+            })
+        };
+        if inconsistent {
+            let (message, help) = self.inconsistent(wrong_approach, &hint());
+            return Some(SolveError::Inconsistent(refuse(message, help)));
+        }
+        if self.judgement.weakest_sd * noise > FREE {
+            let seen = &self.judgement.observability;
+            return Some(degenerate(seen, seen.weakest.clone()));
+        }
+        let stated = if known { "the stated" } else { "the smallest consistent" };
+        let sigma = short(noise * self.unit());
+        let at_most = short(up_to * self.unit());
+        let weakest = &self.judgement.observability.weakest.words;
+        if known && bounds.ambiguity <= noise || limit == Limit::Ambiguity {
+            let message = format!(
+                "more than one frame fits: the next best would be excluded only up to a sigma of {at_most}, {stated} is \
+                 {sigma}"
+            );
+            let help = "give an approximate frame (near), approach directions, or one more touch that tells the frames \
+                        apart"
+                .to_owned();
+            return Some(SolveError::Ambiguous(refuse(message, help)));
+        }
+        let why = match limit {
+            Limit::Search => "the layout is so weak that the search for other frames is not complete",
+            Limit::Rise => "the misfit does not rise as the covariance predicts",
+            _ => "the layout bends too much within the noise for a first-order covariance",
+        };
+        let message = format!(
+            "the frame's uncertainty would not be true: {why}; it would be up to a sigma of {at_most}, {stated} is \
+             {sigma}; weakest motion: {weakest}"
+        );
+        let help = format!("add touches that see the weakest motion ({weakest}), or measure with less noise");
+        Some(SolveError::NotValidated(refuse(message, help)))
+    }
+
+    fn inconsistent(&self, wrong_approach: Option<usize>, hint: &str) -> (String, String) {
+        if let Some(touch) = wrong_approach {
+            return (
+                format!(
+                    "no frame fits the approach directions: touch {} would come out of its surface",
+                    touch + 1
+                ),
+                "check the approach of this touch: i, j, k point along the probe's motion toward the surface"
+                    .to_owned(),
+            );
+        }
+        let degrees = degrees_of_freedom(self.problem);
+        let level = chi_square_level(INCONSISTENT, degrees);
+        let message = format!(
+            "the touches contradict the fixture: chi-square {} with {degrees} degrees of freedom, at most {} expected \
+             (level {INCONSISTENT}); they would fit from a sigma of {}, stated is {}{hint}",
+            short(self.judgement.best().chi_square),
+            short(level),
+            short(self.bounds.from * self.unit()),
+            short(self.unit()),
+        );
+        (message, "check labels, units, tip radius, the fixture's sizes and the stated sigma".to_owned())
+    }
+}

@@ -1,0 +1,481 @@
+//! `closed-form`: the roots of the fixture's equations; the known geometry chooses.
+//!
+//! The touches alone tell the frame **and** the dimensions that the equations leave free (the radius, for
+//! `cylinder-plane`); what is known of these dimensions serves only to choose among the roots, and to refuse when two
+//! roots fit or none does. `least-squares` instead lets the known dimensions take part in the estimate.
+//!
+//! With as many touches as unknowns the frame is the root itself. With more, it is the root after Gauss-Newton steps on
+//! all touches, dimensions free: the one-step estimator, as good as the iterated one to first order.
+//!
+//! Acceptance is that of [`acceptance`](crate::acceptance), on the frames that each candidate leads to under the known
+//! geometry, and the same two tests of curvature on the frame with its dimensions free.
+
+use nalgebra::{DMatrix, DVector, Matrix6};
+use touchref_core::{
+    ClosedForm, Covariance, Frame, Measure, Motion, Observability, ParameterError, Parameters, Problem,
+    Residual, Root, RootKind, RootReport, SigmaSource, Solution, SolveError, Solver, SolverPlugin, Warning,
+    statistics::{chi_square_level, chi_square_p_value},
+};
+
+use crate::{
+    acceptance::{
+        Account, Bounds, INCONSISTENT, Judgement, Minimum, curvature_bound, degenerate, degrees_of_freedom,
+        rise_bound,
+    },
+    levenberg_marquardt::descend,
+    model::{Extra, Model, Quantity, SquareRoot, State, with_unknowns},
+    words::short,
+};
+
+/// The plugin.
+pub static PLUGIN: SolverPlugin = SolverPlugin {
+    name: "closed-form",
+    summary: "every root of the fixture's equations; the known dimensions choose",
+    origin: module_path!(),
+    parameters: &[],
+    about: "Solves the fixture's equations without a starting guess and lists every real root with the dimensions it \
+            implies. The known dimensions choose: a root stands when it fits within the stated noise, no other does, \
+            and first-order uncertainty holds. The frame rests on the touches alone; take `least-squares` for the \
+            frame that the known dimensions make more certain.",
+    reference: "roots: the fixture's own reference; acceptance: chi-square levels, see the crate's documentation",
+    build,
+};
+touchref_core::register_solver!(PLUGIN);
+
+#[allow(clippy::unnecessary_wraps)] // The shape that plugins share.
+fn build(_: &Parameters) -> Result<Box<dyn Solver>, ParameterError> {
+    Ok(Box::new(ClosedFormSolver))
+}
+
+/// The roots of the fixture's equations; the known geometry chooses.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct ClosedFormSolver;
+
+impl Solver for ClosedFormSolver {
+    fn name(&self) -> &'static str {
+        PLUGIN.name
+    }
+
+    fn solve(&self, problem: &Problem<'_>) -> Result<Solution, SolveError> {
+        problem.require_enough()?;
+        let Some(closed_form) = problem.fixture().closed_form() else {
+            return Err(SolveError::Unsupported {
+                solver: PLUGIN.name,
+                reason: format!("fixture `{}` has no closed form", problem.fixture().kind()),
+            });
+        };
+        let mut roots = Vec::new();
+        closed_form.roots(problem, &mut |root| roots.push(root))?;
+        let known = known_extras(problem);
+        let free = free_extras(closed_form, &known);
+        with_unknowns!(known.len(), P => {
+            let model = Model::<P>::new(problem, &known);
+            let judgement = Judgement::of(&model)?;
+            with_unknowns!(free.len(), F => {
+                let free_model = Model::<F>::new(problem, &free);
+                Choice { problem, closed_form, model, free_model, judgement }.settle(&roots)
+            })
+        })
+    }
+}
+
+/// Dimensions and tip radius whose stated uncertainty makes them unknowns with priors.
+///
+/// Without a stated sigma of touches there is nothing to weigh them against, and they are taken as exact.
+fn known_extras(problem: &Problem<'_>) -> Vec<Extra> {
+    if problem.reference_sigma().is_none() {
+        return Vec::new();
+    }
+    let uncertain =
+        problem.fixture().dimensions().iter().enumerate().filter(|(_, dimension)| dimension.u > 0.0);
+    let mut extras: Vec<Extra> = uncertain
+        .map(|(index, dimension)| Extra { what: Quantity::Dimension(index), prior: Some(dimension.u) })
+        .collect();
+    if problem.probe().tip_radius_u > 0.0 {
+        extras.push(Extra { what: Quantity::TipRadius, prior: Some(problem.probe().tip_radius_u) });
+    }
+    extras
+}
+
+/// The same, but the measured dimensions come first, known by the touches only.
+fn free_extras(closed_form: &dyn ClosedForm, known: &[Extra]) -> Vec<Extra> {
+    let measured = closed_form.measured();
+    let is_measured = |extra: &&Extra| measured.iter().any(|m| extra.what == Quantity::Dimension(*m));
+    let free = measured.iter().map(|m| Extra { what: Quantity::Dimension(*m), prior: None });
+    free.chain(known.iter().filter(|extra| !is_measured(extra)).copied()).collect()
+}
+
+/// The choice among the roots: `P` unknowns under the known geometry, `F` with the measured dimensions free.
+struct Choice<'a, 'p, const P: usize, const F: usize> {
+    problem: &'a Problem<'p>,
+    closed_form: &'a dyn ClosedForm,
+    model: Model<'a, P>,
+    free_model: Model<'a, F>,
+    judgement: Judgement<P>,
+}
+
+/// A root, brought to all touches, with its dimensions free.
+struct Estimate<const F: usize> {
+    state: State,
+    root: SquareRoot<F>,
+    kind: RootKind,
+    /// Values of the measured dimensions and their covariance.
+    measures: DVector<f64>,
+    covariance: Option<DMatrix<f64>>,
+    /// Squared misfit under the known geometry, to first order.
+    chi_square: Option<f64>,
+    /// Which minimum its descent under the known geometry ends in, and how high that is.
+    leads_to: Option<usize>,
+    descends_to: f64,
+}
+
+impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
+    fn settle(self, roots: &[Root]) -> Result<Solution, SolveError> {
+        let estimates: Vec<Estimate<F>> = roots.iter().map(|root| self.estimate(root)).collect();
+        self.require_regular(&estimates)?;
+        let chosen = self.chosen(&estimates);
+        let bounds = self.bounds(chosen.map(|i| &estimates[i]));
+        let account = Account { problem: self.problem, judgement: &self.judgement, bounds };
+        let refusal = account.refusal(|| self.reports(&estimates, None), || self.hint(&estimates));
+        match (refusal, chosen) {
+            (Some(refusal), _) => Err(refusal),
+            (None, Some(index)) => {
+                let reports = self.reports(&estimates, Some(index));
+                Ok(self.solution(&estimates[index], reports, &account))
+            }
+            // Bounds without an estimate allow no noise, so the account has refused.
+            (None, None) => unreachable!("a frame is accepted only with a root"),
+        }
+    }
+
+    fn estimate(&self, root: &Root) -> Estimate<F> {
+        /// Gauss-Newton steps on more touches than unknowns: the second leaves only the third order of the noise.
+        const STEPS: usize = 2;
+        let measured = self.closed_form.measured();
+        let dimensions = self.problem.fixture().dimensions();
+        let mut state = State::at(root.frame);
+        for (k, m) in measured.iter().enumerate() {
+            state.extras[k] = root.measures[k] - dimensions[*m].value;
+        }
+        if self.problem.touches().len() + F - P > F {
+            for _ in 0..STEPS {
+                if let Some(step) = self.free_model.square_root(&state).step() {
+                    state = state.moved(&step);
+                }
+            }
+        }
+        let square_root = self.free_model.square_root(&state);
+        let q = measured.len();
+        let covariance = square_root.covariance().map(|c| DMatrix::from_fn(q, q, |i, j| c[(i, j)]));
+        let deviation = DVector::from_fn(q, |k, _| state.extras[k]);
+        let chi_square = covariance.clone().and_then(|mut c| {
+            for (k, m) in measured.iter().enumerate() {
+                c[(k, k)] += dimensions[*m].u.powi(2);
+            }
+            let misfit = c.cholesky()?.solve(&deviation).dot(&deviation);
+            Some(misfit + self.free_model.chi_square(&state)).filter(|v| v.is_finite())
+        });
+        let end = descend(&self.model, State::at(state.frame));
+        let size = self.problem.fixture().size();
+        let leads_to =
+            self.judgement.minima.iter().position(|m: &Minimum<P>| m.is_at(&end.state.frame, size, 1.0));
+        Estimate {
+            measures: DVector::from_fn(q, |k, _| dimensions[measured[k]].value + state.extras[k]),
+            state,
+            root: square_root,
+            kind: root.kind,
+            covariance,
+            chi_square,
+            leads_to,
+            descends_to: end.chi_square,
+        }
+    }
+
+    /// Refuses a layout that leaves a motion free, whether the dimensions are known or not.
+    fn require_regular(&self, estimates: &[Estimate<F>]) -> Result<(), SolveError> {
+        /// A double root this near (parts of the fixture's size, radians) to the best minimum is the same place.
+        const NEAR: f64 = 0.1;
+        let fixture = self.problem.fixture();
+        let seen = &self.judgement.observability;
+        if seen.rank < 6 {
+            return Err(degenerate(seen, seen.weakest.clone()));
+        }
+        // A singular layout is met exactly at its double root, where the descent under the known geometry only comes
+        // near it.
+        let best = self.judgement.best().state.frame;
+        let at_best = estimates.iter().filter(|e| {
+            let away = best.twist_to(&e.state.frame);
+            away.translation.norm() / fixture.size() + away.rotation.norm() < NEAR
+        });
+        for estimate in at_best {
+            let frame = estimate.state.frame;
+            let known = self.model.square_root(&State::at(frame)).of_frame();
+            for information in [known, estimate.root.of_frame()] {
+                let seen = Observability::from_square_root(fixture, &frame, &information);
+                if seen.rank < 6 {
+                    let free: Motion = seen.weakest.clone();
+                    return Err(degenerate(&seen, free));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The real root that leads to the accepted minimum; of several, the one that fits best.
+    fn chosen(&self, estimates: &[Estimate<F>]) -> Option<usize> {
+        let leading = estimates.iter().enumerate().filter(|(_, estimate)| {
+            estimate.kind == RootKind::Real
+                && estimate.leads_to == Some(self.judgement.chosen)
+                && estimate.chi_square.is_some()
+        });
+        let misfit = |estimate: &Estimate<F>| estimate.chi_square.unwrap_or(f64::INFINITY);
+        leading.min_by(|a, b| misfit(a.1).total_cmp(&misfit(b.1))).map(|(index, _)| index)
+    }
+
+    /// The judgement's bounds, tightened by the root's own.
+    fn bounds(&self, estimate: Option<&Estimate<F>>) -> Bounds {
+        let mut bounds = self.judgement.bounds;
+        let Some(estimate) = estimate else {
+            // The roots have merged within the noise: no root stands for the frame that fits.
+            bounds.curvature = 0.0;
+            return bounds;
+        };
+        let degrees = degrees_of_freedom(self.problem);
+        if let (Some(chi_square), true) = (estimate.chi_square, degrees > 0) {
+            let from = (chi_square / chi_square_level(INCONSISTENT, degrees)).sqrt();
+            if self.problem.reference_sigma().is_none() {
+                bounds.from = bounds.from.max(from);
+            } else if from > 1.0 {
+                // Consistent under the known geometry, but not to first order from the root.
+                bounds.rise = 0.0;
+            }
+        }
+        let curvature = self.free_model.curvature(&estimate.state, &estimate.root);
+        bounds.curvature = bounds.curvature.min(curvature_bound(curvature));
+        let own = self.free_model.chi_square(&estimate.state);
+        let rise = rise_bound(&self.free_model, &estimate.state, own, &estimate.root, bounds.up_to().0);
+        bounds.rise = bounds.rise.min(rise);
+        bounds
+    }
+
+    fn measures(&self, estimate: &Estimate<F>) -> Vec<Measure> {
+        let dimensions = self.problem.fixture().dimensions();
+        let known = self.problem.reference_sigma().is_some();
+        let measured = self.closed_form.measured().iter().enumerate();
+        measured
+            .map(|(k, m)| {
+                let scale = match dimensions[*m].quantity {
+                    touchref_core::Quantity::Length => 1.0,
+                    touchref_core::Quantity::Angle => 1.0_f64.to_degrees(),
+                };
+                let u = estimate.covariance.as_ref().map(|c| c[(k, k)].max(0.0).sqrt() * scale);
+                let u = u.filter(|u| known && u.is_finite());
+                Measure { name: dimensions[*m].name, value: estimate.measures[k] * scale, u }
+            })
+            .collect()
+    }
+
+    /// Every root and what became of it: real ones, and near misses that the noise could have lifted.
+    fn reports(&self, estimates: &[Estimate<F>], selected: Option<usize>) -> Vec<RootReport> {
+        let known = self.problem.reference_sigma().is_some();
+        let within = self.ambiguous_level();
+        let shown = estimates.iter().enumerate().filter(|(_, estimate)| {
+            estimate.kind == RootKind::Real || (known && estimate.descends_to < within)
+        });
+        let mut reports: Vec<(f64, RootReport)> = shown
+            .map(|(index, estimate)| {
+                let report = RootReport {
+                    frame: estimate.state.frame,
+                    measures: self.measures(estimate),
+                    misfit: estimate.chi_square.filter(|_| known).map(f64::sqrt),
+                    selected: selected == Some(index),
+                    reason: self.reason(estimate, selected == Some(index)),
+                };
+                (estimate.chi_square.unwrap_or(f64::INFINITY), report)
+            })
+            .collect();
+        reports.sort_by(|a, b| b.1.selected.cmp(&a.1.selected).then(a.0.total_cmp(&b.0)));
+        reports.into_iter().map(|(_, report)| report).collect()
+    }
+
+    /// Level below which a frame survives; without a stated sigma none can be told.
+    fn ambiguous_level(&self) -> f64 {
+        chi_square_level(crate::acceptance::AMBIGUOUS, degrees_of_freedom(self.problem))
+    }
+
+    fn reason(&self, estimate: &Estimate<F>, selected: bool) -> String {
+        let known = self.problem.reference_sigma();
+        let approach = estimate.leads_to.and_then(|i| self.judgement.minima[i].wrong_approach);
+        if let Some(touch) = approach {
+            return format!("touch {} would come out of its surface", touch + 1);
+        }
+        let chi_square = estimate.descends_to;
+        if let (false, Some(misfit)) = (selected, estimate.chi_square)
+            && estimate.leads_to == Some(self.judgement.chosen)
+            && estimate.kind == RootKind::Real
+        {
+            let far = if known.is_some() {
+                format!("{} standard deviations", short(misfit.sqrt()))
+            } else {
+                format!("a misfit of {}", short(misfit.sqrt()))
+            };
+            return format!(
+                "{far} from the known dimensions, which lead from here to the frame that fits better"
+            );
+        }
+        match (selected, known) {
+            (true, Some(_)) if self.judgement.by_near => {
+                format!("fits, and is nearest the expected frame: chi-square {}", short(chi_square))
+            }
+            (true, Some(_)) => format!("fits: chi-square {} at the known dimensions", short(chi_square)),
+            (true, None) => {
+                let from = chi_square_level(INCONSISTENT, degrees_of_freedom(self.problem));
+                format!("fits best: from a sigma of {}", short((chi_square / from).sqrt()))
+            }
+            (false, Some(_)) if chi_square < self.ambiguous_level() => {
+                let what =
+                    if estimate.kind == RootKind::Real { "fits" } else { "two roots merged, and fits" };
+                format!("{what}, too: chi-square {} at the known dimensions", short(chi_square))
+            }
+            (false, Some(_)) => format!(
+                "does not fit the known dimensions: chi-square {}, at most {}",
+                short(chi_square),
+                short(self.ambiguous_level())
+            ),
+            (false, None) => {
+                let from = chi_square_level(crate::acceptance::AMBIGUOUS, degrees_of_freedom(self.problem));
+                format!("would fit from a sigma of {}", short((chi_square / from).sqrt()))
+            }
+        }
+    }
+
+    /// What the best root says of the dimensions, for a refusal.
+    fn hint(&self, estimates: &[Estimate<F>]) -> String {
+        /// Ratios of units that are mistaken for each other.
+        const UNITS: [(f64, &str); 2] = [(25.4, "inch and mm"), (1000.0, "mm and m (or um)")];
+        /// Part by which a ratio may miss one of these and still be told.
+        const NEAR: f64 = 0.1;
+        let misfit = |estimate: &&Estimate<F>| estimate.chi_square.unwrap_or(f64::INFINITY);
+        let real = estimates.iter().filter(|estimate| estimate.kind == RootKind::Real);
+        let Some(best) = real.min_by(|a, b| misfit(a).total_cmp(&misfit(b))) else {
+            return String::new();
+        };
+        let dimensions = self.problem.fixture().dimensions();
+        let told = self.measures(best).into_iter().zip(self.closed_form.measured()).enumerate().map(
+            |(k, (measure, m))| {
+                let ratio = best.measures[k] / dimensions[*m].value;
+                let close =
+                    |unit: f64| (ratio / unit - 1.0).abs() < NEAR || (ratio * unit - 1.0).abs() < NEAR;
+                let mixed = UNITS.iter().find(|(unit, _)| close(*unit));
+                let mixed = mixed.map_or_else(String::new, |(unit, names)| {
+                    format!(", a factor of {unit}: {names} mixed up?")
+                });
+                let (wanted, stated) = (short(measure.value), short(measure.value / ratio));
+                format!("; the touches want {} {wanted}, the fixture says {stated}{mixed}", measure.name)
+            },
+        );
+        told.collect()
+    }
+
+    fn solution(
+        &self,
+        estimate: &Estimate<F>,
+        reports: Vec<RootReport>,
+        account: &Account<'_, '_, P>,
+    ) -> Solution {
+        let problem = self.problem;
+        let frame: Frame = estimate.state.frame;
+        let known = problem.reference_sigma();
+        let at = State::at(frame);
+        let residuals = (0..problem.touches().len()).map(|index| {
+            let (length, normalized) = self.model.residual(&at, index);
+            Residual { length, normalized: known.map(|_| normalized) }
+        });
+        let degrees = degrees_of_freedom(problem);
+        let mut solution = Solution::new(
+            PLUGIN.name,
+            frame,
+            residuals.collect(),
+            account.trust(),
+            self.judgement.observability.clone(),
+        );
+        solution.roots = reports;
+        solution.degrees_of_freedom = degrees;
+        let chi_square = estimate.chi_square.unwrap_or(f64::NAN);
+        if known.is_some() {
+            solution.chi_square = Some(chi_square);
+            solution.p_value = chi_square_p_value(chi_square, degrees);
+        }
+        let unscaled = frame_covariance(estimate);
+        solution.covariance = match (known, unscaled) {
+            (Some(sigma), Some(matrix)) => {
+                Some(Covariance { matrix, sigma, sigma_source: SigmaSource::Given })
+            }
+            (None, Some(matrix)) if degrees > 0 => {
+                let variance = chi_square / degrees as f64;
+                let sigma = variance.sqrt();
+                Some(Covariance { matrix: matrix * variance, sigma, sigma_source: SigmaSource::Residuals })
+            }
+            _ => None,
+        };
+        solution.warnings = self.warnings(known.is_some());
+        solution
+    }
+
+    fn warnings(&self, known: bool) -> Vec<Warning> {
+        let mut warnings = Vec::new();
+        let mut warn = |code, message: String| warnings.push(Warning { code, message });
+        if !known {
+            warn(
+                "no-sigma",
+                "no sigma is stated: the frame stands only if that of one touch lies between from_sigma and up_to_sigma"
+                    .to_owned(),
+            );
+            let uncertain = self.problem.fixture().dimensions().iter().any(|d| d.u > 0.0);
+            if uncertain || self.problem.probe().tip_radius_u > 0.0 {
+                warn(
+                    "uncertainty-not-used",
+                    "uncertainties of dimensions or tip are not used, as no sigma is stated to weigh them against"
+                        .to_owned(),
+                );
+            }
+        }
+        if self.judgement.by_near {
+            warn(
+                "chosen-by-near",
+                "several frames fit; the expected frame decided for the nearest".to_owned(),
+            );
+        }
+        if degrees_of_freedom(self.problem) < 3 {
+            warn(
+                "low-redundancy",
+                format!(
+                    "{} touches are {} more than unknowns: a bad touch may be noticed, but never told which",
+                    self.problem.touches().len(),
+                    degrees_of_freedom(self.problem)
+                ),
+            );
+        }
+        let touches = self.problem.touches();
+        let coincident = (0..touches.len()).find_map(|j| {
+            let same =
+                |i: &usize| touches[*i].surface == touches[j].surface && touches[*i].at == touches[j].at;
+            (0..j).find(same).map(|i| (i, j))
+        });
+        if let Some((i, j)) = coincident {
+            warn(
+                "coincident-touches",
+                format!("touches {} and {} are the same point; they count as two observations", i + 1, j + 1),
+            );
+        }
+        warnings
+    }
+}
+
+/// Covariance of a root's frame, along the parent's axes.
+fn frame_covariance<const F: usize>(estimate: &Estimate<F>) -> Option<Matrix6<f64>> {
+    let all = estimate.root.covariance()?;
+    let q = F - 6;
+    let along_fixture = Matrix6::from_fn(|i, j| all[(q + i, q + j)]);
+    Some(estimate.state.frame.to_parent_axes(&along_fixture))
+}

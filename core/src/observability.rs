@@ -1,8 +1,8 @@
 //! What touches see: rank, condition, and the weakest or free motion told in words.
 
-use nalgebra::{Matrix6, Point3, Vector3, Vector6};
+use nalgebra::{DMatrix, Matrix6, Point3, RowVector6, Vector3, Vector6};
 
-use crate::{Fixture, Frame, Shape, Twist};
+use crate::{Fixture, Frame, Problem, Shape, Twist};
 
 /// Smallest over largest singular value of the scaled Jacobian below which a motion counts as free.
 ///
@@ -55,6 +55,20 @@ impl Motion {
 }
 
 impl Observability {
+    /// What the touches of `problem` determine when the fixture stands at `frame`.
+    #[must_use]
+    pub fn at(problem: &Problem<'_>, frame: &Frame) -> Self {
+        let touches = problem.touches().len();
+        let mut jacobian = DMatrix::zeros(touches.max(6), 6);
+        for index in 0..touches {
+            let contact = problem.contact(frame, index);
+            let row = RowVector6::from_row_slice(&contact.gradient()) / contact.sigma;
+            jacobian.row_mut(index).copy_from(&row);
+        }
+        let r: Matrix6<f64> = jacobian.qr().r().fixed_view::<6, 6>(0, 0).into();
+        Self::from_square_root(problem.fixture(), frame, &r)
+    }
+
     /// From the square root of the information: any matrix `r` with `r^T r = J^T W J`, over twists along the
     /// fixture's axes about its origin.
     #[must_use]

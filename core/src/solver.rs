@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::{Matrix6, Point3, Vector3};
 
-use crate::{Fixture, Frame, Noise, Observability, Probe, SolveError, Touch, TouchError};
+use crate::{Fixture, Frame, Noise, Observability, Probe, Proximity, SolveError, Surface, Touch, TouchError};
 
 /// A way to find the frame. Object safe.
 pub trait Solver: fmt::Debug + Send + Sync {
@@ -25,6 +25,7 @@ const _: Option<&dyn Solver> = None;
 #[derive(Debug, Clone, Copy)]
 pub struct Problem<'a> {
     fixture: &'a dyn Fixture,
+    surfaces: &'a [Surface],
     touches: &'a [Touch],
     probe: Probe,
     near: Option<Frame>,
@@ -41,9 +42,9 @@ impl<'a> Problem<'a> {
         if touches.is_empty() {
             return Err(TouchError::Empty);
         }
-        let surfaces = fixture.surfaces().len();
+        let surfaces = fixture.surfaces();
         for (index, touch) in touches.iter().enumerate() {
-            check_touch(index, touch, surfaces)?;
+            check_touch(index, touch, surfaces.len())?;
         }
         let states_own = |touch: &Touch| touch.noise != Noise::OfProbe;
         if probe.sigma.is_none()
@@ -52,7 +53,8 @@ impl<'a> Problem<'a> {
         {
             return Err(TouchError::SigmaMissing { index });
         }
-        let mut problem = Self { fixture, touches, probe, near: None, reference_sigma: probe.sigma };
+        let mut problem =
+            Self { fixture, surfaces, touches, probe, near: None, reference_sigma: probe.sigma };
         if touches.iter().all(states_own) {
             // No single sigma is stated: the root mean square speaks for all.
             let squares = touches.iter().map(|touch| mean_variance(&touch.noise)).sum::<f64>();
@@ -99,21 +101,29 @@ impl<'a> Problem<'a> {
         self.reference_sigma
     }
 
-    /// Standard deviation of touch `index` along the unit vector `normal` (parent axes); 1 where no sigma is stated,
-    /// so that weights are equal and misfits are lengths.
-    #[must_use]
-    #[inline]
-    pub fn sigma_along(&self, index: usize, normal: &Vector3<f64>) -> f64 {
-        self.touches[index].noise.along(normal, self.probe.sigma.unwrap_or(1.0))
-    }
-
-    /// Standard deviation of touch `index` whatever the direction: the root mean square over directions.
+    /// Standard deviation of touch `index` whatever the direction: the root mean square over directions; 1 where no
+    /// sigma is stated, so that weights are equal and misfits are lengths.
     #[must_use]
     pub fn mean_sigma(&self, index: usize) -> f64 {
         match self.touches[index].noise {
             Noise::OfProbe => self.probe.sigma.unwrap_or(1.0),
             own => mean_variance(&own).sqrt(),
         }
+    }
+
+    /// One touch as the fixture sees it when it stands at `frame`.
+    #[must_use]
+    #[inline]
+    pub fn contact(&self, frame: &Frame, index: usize) -> Contact {
+        let touch = &self.touches[index];
+        let at = frame.to_fixture(&touch.at);
+        let Proximity { distance, normal } = self.surfaces[touch.surface].seen_from(&at);
+        let sigma = match touch.noise {
+            Noise::OfProbe => self.probe.sigma.unwrap_or(1.0),
+            Noise::Sigma(sigma) => sigma,
+            Noise::Covariance(_) => touch.noise.along(&(frame.rotation * normal), 1.0),
+        };
+        Contact { at, residual: distance - self.probe.tip_radius, normal, sigma }
     }
 
     /// How many touches each surface has, in the fixture's order.
@@ -190,6 +200,32 @@ fn check_touch(index: usize, touch: &Touch, surfaces: usize) -> Result<(), Touch
                 )
             }
         }
+    }
+}
+
+/// A touch as the fixture sees it.
+#[derive(Debug, Clone, Copy)]
+pub struct Contact {
+    /// The tip's centre, in fixture coordinates.
+    pub at: Point3<f64>,
+    /// Signed distance from the surface less the tip radius.
+    pub residual: f64,
+    /// Outward normal of the surface there, in fixture coordinates.
+    pub normal: Vector3<f64>,
+    /// Standard deviation of the touch along the normal; 1 where no sigma is stated.
+    pub sigma: f64,
+}
+
+impl Contact {
+    /// How fast the residual grows with a twist of the frame along the fixture's axes about its origin, translation
+    /// first: one row of the Jacobian, not weighted.
+    ///
+    /// A twist `(v, w)` of the frame moves the touch, seen from the fixture, by `-v - w x p`.
+    #[must_use]
+    #[inline]
+    pub fn gradient(&self) -> [f64; 6] {
+        let (n, turn) = (self.normal, self.at.coords.cross(&self.normal));
+        [-n.x, -n.y, -n.z, -turn.x, -turn.y, -turn.z]
     }
 }
 

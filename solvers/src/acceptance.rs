@@ -196,7 +196,10 @@ impl<const P: usize> Judgement<P> {
         /// Rounds in which the noise to search at settles where none is stated.
         const ROUNDS: usize = 4;
         if model.problem.reference_sigma().is_some() {
-            return Self::at_noise(model, 1.0);
+            let judgement = Self::at_noise(model, 1.0)?;
+            let stands = judgement.bounds.from <= 1.0 && judgement.bounds.up_to().0 > 1.0;
+            // The margin is a claim of its own: search where it ends, too.
+            return if stands { judgement.searched_to_its_bound(model) } else { Ok(judgement) };
         }
         // The search for candidates depends on the noise, and the noise up to which the frame stands on the
         // candidates: from none upward, then down to where both agree.
@@ -213,7 +216,7 @@ impl<const P: usize> Judgement<P> {
 
     /// The judgement after a search at the noise up to which it says that the frame stands: what was found only there
     /// counts, too.
-    pub(crate) fn searched_to_its_bound(self, model: &Model<'_, P>) -> Result<Self, SolveError> {
+    fn searched_to_its_bound(self, model: &Model<'_, P>) -> Result<Self, SolveError> {
         let (noise, limit) = self.bounds.up_to();
         if !noise.is_finite() {
             return Ok(self);

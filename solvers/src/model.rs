@@ -6,7 +6,7 @@
 //! the last six rows and columns are then that of the frame alone, the extras marginalised.
 
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Point3, SMatrix, Vector3, Vector6};
-use touchref_core::{Frame, Noise, Problem, Proximity, Surface, Twist};
+use touchref_core::{Contact, Frame, Problem, Twist};
 
 /// An unknown besides the frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,7 +55,6 @@ impl State {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Model<'a, const P: usize> {
     pub(crate) problem: &'a Problem<'a>,
-    surfaces: &'a [Surface],
     extras: &'a [Extra],
 }
 
@@ -76,28 +75,15 @@ impl<'a, const P: usize> Model<'a, P> {
     /// `extras` must be `P - 6`, at most [`MAX_EXTRAS`].
     pub(crate) fn new(problem: &'a Problem<'a>, extras: &'a [Extra]) -> Self {
         debug_assert_eq!(extras.len() + 6, P);
-        Self { problem, surfaces: problem.fixture().surfaces(), extras }
+        Self { problem, extras }
     }
 
-    /// One touch seen from a state: its place in fixture coordinates, its surface there, and its standard deviation.
+    /// Residual of a touch as a length, extras counted in.
     #[inline]
-    fn look(&self, state: &State, index: usize) -> (Point3<f64>, Proximity, f64) {
-        let touch = &self.problem.touches()[index];
-        let at = state.frame.to_fixture(&touch.at);
-        let near = self.surfaces[touch.surface].seen_from(&at);
-        let normal = match touch.noise {
-            Noise::Covariance(_) => state.frame.rotation * near.normal,
-            _ => near.normal,
-        };
-        (at, near, self.problem.sigma_along(index, &normal))
-    }
-
-    /// Residual of a touch as a length: signed distance less tip radius, extras counted in.
-    #[inline]
-    fn length(&self, state: &State, index: usize, at: &Point3<f64>, near: &Proximity) -> f64 {
-        let mut length = near.distance - self.problem.probe().tip_radius;
+    fn length(&self, state: &State, index: usize, contact: &Contact) -> f64 {
+        let mut length = contact.residual;
         for (extra, value) in self.extras.iter().zip(&state.extras) {
-            length += self.extra_gradient(extra, index, at) * value;
+            length += self.extra_gradient(extra, index, &contact.at) * value;
         }
         length
     }
@@ -114,33 +100,30 @@ impl<'a, const P: usize> Model<'a, P> {
     }
 
     /// Residual of a touch as a length and in standard deviations.
+    #[inline]
     pub(crate) fn residual(&self, state: &State, index: usize) -> (f64, f64) {
-        let (at, near, sigma) = self.look(state, index);
-        let length = self.length(state, index, &at, &near);
-        (length, length / sigma)
+        let contact = self.problem.contact(&state.frame, index);
+        let length = self.length(state, index, &contact);
+        (length, length / contact.sigma)
     }
 
     /// The outward normal at a touch, in the parent.
     pub(crate) fn normal(&self, state: &State, index: usize) -> Vector3<f64> {
-        state.frame.rotation * self.look(state, index).1.normal
+        state.frame.rotation * self.problem.contact(&state.frame, index).normal
     }
 
     #[inline]
     fn row(&self, state: &State, index: usize) -> Row<P> {
-        let (at, near, sigma) = self.look(state, index);
-        let weight = 1.0 / sigma;
+        let contact = self.problem.contact(&state.frame, index);
+        let weight = 1.0 / contact.sigma;
         let mut gradient = [0.0; P];
         for (slot, extra) in gradient.iter_mut().zip(self.extras) {
-            *slot = self.extra_gradient(extra, index, &at) * weight;
+            *slot = self.extra_gradient(extra, index, &contact.at) * weight;
         }
-        let q = P - 6;
-        // A twist (v, w) of the frame moves the touch, seen from the fixture, by -v - w x p.
-        let turn = at.coords.cross(&near.normal);
-        for k in 0..3 {
-            gradient[q + k] = -near.normal[k] * weight;
-            gradient[q + 3 + k] = -turn[k] * weight;
+        for (slot, slope) in gradient[P - 6..].iter_mut().zip(contact.gradient()) {
+            *slot = slope * weight;
         }
-        Row { residual: self.length(state, index, &at, &near) * weight, gradient }
+        Row { residual: self.length(state, index, &contact) * weight, gradient }
     }
 
     /// What the extras' stated uncertainties add: each prior is an observation.
@@ -196,8 +179,8 @@ impl<'a, const P: usize> Model<'a, P> {
     /// Second derivative of a touch's residual (in standard deviations) over the frame's twist; extras enter
     /// linearly.
     fn hessian(&self, state: &State, index: usize) -> Matrix6<f64> {
-        let (at, near, sigma) = self.look(state, index);
-        let (n, p) = (near.normal, at.coords);
+        let Contact { at, normal: n, sigma, .. } = self.problem.contact(&state.frame, index);
+        let p = at.coords;
         let mut h = Matrix6::zeros();
         // A twist (v, w) moves p to exp(-w) (p - v): to second order by w x v + w x (w x p) / 2.
         let cross = n.cross_matrix();
@@ -210,7 +193,8 @@ impl<'a, const P: usize> Model<'a, P> {
         let mut moves = Matrix3x6::zeros();
         moves.fixed_view_mut::<3, 3>(0, 0).copy_from(&-Matrix3::identity());
         moves.fixed_view_mut::<3, 3>(0, 3).copy_from(&p.cross_matrix());
-        h += moves.transpose() * self.surfaces[touch.surface].curvature_at(&at) * moves;
+        let surface = &self.problem.fixture().surfaces()[touch.surface];
+        h += moves.transpose() * surface.curvature_at(&at) * moves;
         h / sigma
     }
 

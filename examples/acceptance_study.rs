@@ -85,9 +85,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     let seconds = started.elapsed().as_secs_f64();
 
     let share = |count: u64| 100.0 * count as f64 / trials as f64;
-    println!("{trials} trials, {}+{} touches, radius {radius}, sigma {sigma}, seed {seed}: {seconds:.1} s", counts[0], counts[1]);
-    println!("accepted {:.2} %, wrong {} (worst squared error {:.1}), NEES of the accepted {:.4}",
-        share(tally.accepted), tally.wrong, tally.worst, tally.nees / tally.accepted as f64);
+    println!(
+        "{trials} trials, {}+{} touches, radius {radius}, sigma {sigma}, seed {seed}: {seconds:.1} s",
+        counts[0], counts[1]
+    );
+    println!(
+        "accepted {:.2} %, wrong {} (worst squared error {:.1}), NEES of the accepted {:.4}",
+        share(tally.accepted),
+        tally.wrong,
+        tally.worst,
+        tally.nees / tally.accepted as f64
+    );
     for (code, count) in &tally.refused {
         println!("refused as {code}: {:.3} %", share(*count));
     }

@@ -82,7 +82,7 @@ pub enum SolveError {
         touches: Vec<usize>,
     },
     /// The layout of the touches leaves a motion free.
-    #[error("the layout of the touches leaves a motion free: {}", .0.free.words)]
+    #[error("the layout of the touches leaves a motion free: {}; {} is {:.1e}, bound {:.0e}", .0.free.words, .0.quantity, .0.value, .0.bound)]
     Degenerate(Box<Degenerate>),
     /// More than one frame fits within the noise.
     #[error("{}", .0.message)]
@@ -173,9 +173,11 @@ pub struct Degenerate {
     pub rank: usize,
     /// How many unknowns there are.
     pub unknowns: usize,
-    /// Smallest over largest singular value of the scaled Jacobian.
-    pub ratio: f64,
-    /// The ratio it should exceed.
+    /// What shows it: "smallest over largest singular value", say.
+    pub quantity: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// The bound on the wrong side of which it lies.
     pub bound: f64,
     /// The motion that is free.
     pub free: Motion,

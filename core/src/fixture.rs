@@ -39,6 +39,12 @@ pub trait Fixture: fmt::Debug + Send + Sync {
         0.0
     }
 
+    /// Why the fixture cannot stand at `frame` although its surfaces pass through the touches there (a touch would
+    /// lie beyond the edge of its surface, say), in words; `None` when nothing speaks against it.
+    fn objection(&self, _problem: &Problem<'_>, _frame: &Frame) -> Option<String> {
+        None
+    }
+
     /// The closed form, for a fixture that has one.
     fn closed_form(&self) -> Option<&dyn ClosedForm> {
         None

@@ -1,1 +1,33 @@
-//! part of touchref
+//! Measurement files, touch tables and results of touchref.
+//!
+//! * [`Measurement`]: fixture, probe and touches from TOML or JSON;
+//! * [`table`]: touch tables (CSV), read row by row;
+//! * [`solution`] and [`refusal`]: the JSON of a frame, and of an error;
+//! * [`frame`]: frames as text;
+//! * [`dialect`]: a frame in the words of the machine that will use it;
+//! * [`mod@write`]: measurement files and touch tables as text.
+//!
+//! Whatever is wrong with an input is an [`InputError`] that names the file, line, column and key, and the nearest
+//! right name. Lengths stay in the unit that the file states: nothing is converted, and nothing is guessed.
+
+pub mod dialect;
+pub mod error;
+pub mod frame;
+pub mod measurement;
+mod parameter;
+pub mod refusal;
+pub mod solution;
+pub mod source;
+pub mod table;
+mod tree;
+mod units;
+mod walk;
+pub mod write;
+
+pub use error::InputError;
+pub use frame::{FrameRecord, read_frame};
+pub use measurement::{Measurement, TouchRecord, TouchSource, Touches};
+pub use refusal::ErrorRecord;
+pub use solution::SolutionRecord;
+pub use source::{Input, Place};
+pub use units::Units;

@@ -12,7 +12,7 @@
 
 use nalgebra::Vector6;
 use touchref_core::{
-    Frame, Limit, Motion, Observability, Problem, Refusal, RootReport, SecondMinimum, SolveError, Trust,
+    Frame, Limit, Observability, Problem, Refusal, RootReport, SecondMinimum, SolveError, Trust,
     error::Degenerate, observability::weakest_motion, statistics::chi_square_level,
 };
 
@@ -41,6 +41,8 @@ const SAME_PLACE: f64 = 1e-7;
 const APPROACH_SLACK: f64 = 0.087;
 /// A motion whose standard deviation exceeds this part of the fixture's size (radians, for a turn) is as good as free.
 const FREE: f64 = 0.05;
+/// It is the layout's fault, not the noise's, when the condition exceeds this.
+const WEAK: f64 = 100.0;
 /// An expected frame decides between two when it is this many times nearer to one.
 const NEARER: f64 = 2.0;
 
@@ -50,8 +52,8 @@ pub(crate) struct Minimum<const P: usize> {
     pub(crate) state: State,
     pub(crate) chi_square: f64,
     pub(crate) root: SquareRoot<P>,
-    /// The first touch whose approach comes out of its surface there, if any.
-    pub(crate) wrong_approach: Option<usize>,
+    /// Why it cannot be the frame, however well it fits, if something speaks against it.
+    pub(crate) objection: Option<String>,
 }
 
 impl<const P: usize> Minimum<P> {
@@ -98,7 +100,7 @@ fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey<P>,
             state: end.state,
             chi_square: end.chi_square,
             root: model.square_root(&end.state),
-            wrong_approach: wrong_approach(model, &end.state),
+            objection: objection(model, &end.state),
         });
     };
     if let Some(near) = problem.expected_near() {
@@ -112,14 +114,15 @@ fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey<P>,
     Ok(Survey { minima, complete_up_to })
 }
 
-/// The first touch whose approach comes out of the material.
-fn wrong_approach<const P: usize>(model: &Model<'_, P>, state: &State) -> Option<usize> {
+/// What speaks against a state: a touch whose approach comes out of the material, or the fixture's own objection.
+pub(crate) fn objection<const P: usize>(model: &Model<'_, P>, state: &State) -> Option<String> {
     let touches = model.problem.touches().iter().enumerate();
     let mut wrong = touches.filter_map(|(index, touch)| {
         let approach = touch.approach?;
-        (approach.dot(&model.normal(state, index)) > APPROACH_SLACK).then_some(index)
+        let out = approach.dot(&model.normal(state, index)) > APPROACH_SLACK;
+        out.then(|| format!("the approach of touch {} would come out of its surface", index + 1))
     });
-    wrong.next()
+    wrong.next().or_else(|| model.problem.fixture().objection(model.problem, &state.frame))
 }
 
 /// Factors of the problem's sigmas at which each condition gives way.
@@ -169,7 +172,7 @@ pub(crate) struct Judgement<const P: usize> {
     pub(crate) minima: Vec<Minimum<P>>,
     /// Which one is the frame, if any stands.
     pub(crate) chosen: usize,
-    /// The next best one that no approach rules out.
+    /// The next best one that nothing speaks against.
     pub(crate) second: Option<usize>,
     /// Whether an expected frame decided.
     pub(crate) by_near: bool,
@@ -232,9 +235,8 @@ impl<const P: usize> Judgement<P> {
     fn at_noise(model: &Model<'_, P>, noise: f64) -> Result<Self, SolveError> {
         let problem = model.problem;
         let Survey { minima, complete_up_to } = survey(model, noise)?;
-        let standing: Vec<usize> =
-            (0..minima.len()).filter(|i| minima[*i].wrong_approach.is_none()).collect();
-        // Where every minimum has an approach against it, weigh them all the same: the refusal says why.
+        let standing: Vec<usize> = (0..minima.len()).filter(|i| minima[*i].objection.is_none()).collect();
+        // Where something speaks against every minimum, weigh them all the same: the refusal says why.
         let Some(&lowest) = standing.first().or((!minima.is_empty()).then_some(&0)) else {
             return Err(no_candidate());
         };
@@ -355,16 +357,23 @@ pub(crate) fn curvature_bound(curvature: f64) -> f64 {
 }
 
 /// A free motion at a frame, told as a refusal.
-pub(crate) fn degenerate(observability: &Observability, free: Motion) -> SolveError {
+pub(crate) fn degenerate(observability: &Observability, shown: (&'static str, f64, f64)) -> SolveError {
+    let (quantity, value, bound) = shown;
     SolveError::Degenerate(Box::new(Degenerate {
         // A motion may be seen, but worse than the noise lets it be told.
         rank: observability.rank.min(5),
         unknowns: 6,
-        ratio: 1.0 / observability.condition,
-        bound: touchref_core::RANK_TOLERANCE,
-        free,
+        quantity,
+        value,
+        bound,
+        free: observability.weakest.clone(),
         help: "add a touch that this motion would move off its surface".to_owned(),
     }))
+}
+
+/// What shows that a motion is free whatever the noise.
+pub(crate) fn rank_lost(observability: &Observability) -> (&'static str, f64, f64) {
+    ("smallest over largest singular value", 1.0 / observability.condition, touchref_core::RANK_TOLERANCE)
 }
 
 fn no_candidate() -> SolveError {
@@ -418,8 +427,8 @@ impl<const P: usize> Account<'_, '_, P> {
         let known = self.problem.reference_sigma().is_some();
         // Where no sigma is stated, some sigma must satisfy both sides.
         let noise = if known { 1.0 } else { bounds.from };
-        let wrong_approach = self.judgement.best().wrong_approach;
-        let inconsistent = wrong_approach.is_some() || (known && bounds.from > noise);
+        let objection = self.judgement.best().objection.as_deref();
+        let inconsistent = objection.is_some() || (known && bounds.from > noise);
         if !inconsistent && up_to > noise {
             return None;
         }
@@ -433,12 +442,14 @@ impl<const P: usize> Account<'_, '_, P> {
             })
         };
         if inconsistent {
-            let (message, help) = self.inconsistent(wrong_approach, &hint());
+            let (message, help) = self.inconsistent(objection, &hint());
             return Some(SolveError::Inconsistent(refuse(message, help)));
         }
-        if self.judgement.weakest_sd * noise > FREE {
-            let seen = &self.judgement.observability;
-            return Some(degenerate(seen, seen.weakest.clone()));
+        let seen = &self.judgement.observability;
+        if self.judgement.weakest_sd * noise > FREE && seen.condition > WEAK {
+            let sd = self.judgement.weakest_sd * noise;
+            let shown = ("its standard deviation in parts of the fixture's size", sd, FREE);
+            return Some(degenerate(seen, shown));
         }
         let stated = if known { "the stated" } else { "the smallest consistent" };
         let sigma = short(noise * self.unit());
@@ -467,15 +478,13 @@ impl<const P: usize> Account<'_, '_, P> {
         Some(SolveError::NotValidated(refuse(message, help)))
     }
 
-    fn inconsistent(&self, wrong_approach: Option<usize>, hint: &str) -> (String, String) {
-        if let Some(touch) = wrong_approach {
+    fn inconsistent(&self, objection: Option<&str>, hint: &str) -> (String, String) {
+        if let Some(objection) = objection {
+            let help = "check the labels of the touches, and their approach: i, j, k point along the probe's motion \
+                        toward the surface";
             return (
-                format!(
-                    "no frame fits the approach directions: touch {} would come out of its surface",
-                    touch + 1
-                ),
-                "check the approach of this touch: i, j, k point along the probe's motion toward the surface"
-                    .to_owned(),
+                format!("every frame that fits is ruled out; at the best, {objection}"),
+                help.to_owned(),
             );
         }
         let degrees = degrees_of_freedom(self.problem);

@@ -12,15 +12,15 @@
 
 use nalgebra::{DMatrix, DVector, Matrix6};
 use touchref_core::{
-    ClosedForm, Covariance, Frame, Measure, Motion, Observability, ParameterError, Parameters, Problem,
-    Residual, Root, RootKind, RootReport, SigmaSource, Solution, SolveError, Solver, SolverPlugin, Warning,
+    ClosedForm, Covariance, Frame, Measure, Observability, ParameterError, Parameters, Problem, Residual,
+    Root, RootKind, RootReport, SigmaSource, Solution, SolveError, Solver, SolverPlugin, Warning,
     statistics::{chi_square_level, chi_square_p_value},
 };
 
 use crate::{
     acceptance::{
-        Account, Bounds, INCONSISTENT, Judgement, Minimum, curvature_bound, degenerate, degrees_of_freedom,
-        rise_bound,
+        self, Account, Bounds, INCONSISTENT, Judgement, Minimum, curvature_bound, degenerate,
+        degrees_of_freedom, rank_lost, rise_bound,
     },
     levenberg_marquardt::descend,
     model::{Extra, Model, Quantity, SquareRoot, State, with_unknowns},
@@ -198,7 +198,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
         let fixture = self.problem.fixture();
         let seen = &self.judgement.observability;
         if seen.rank < 6 {
-            return Err(degenerate(seen, seen.weakest.clone()));
+            return Err(degenerate(seen, rank_lost(seen)));
         }
         // A singular layout is met exactly at its double root, where the descent under the known geometry only comes
         // near it.
@@ -213,8 +213,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
             for information in [known, estimate.root.of_frame()] {
                 let seen = Observability::from_square_root(fixture, &frame, &information);
                 if seen.rank < 6 {
-                    let free: Motion = seen.weakest.clone();
-                    return Err(degenerate(&seen, free));
+                    return Err(degenerate(&seen, rank_lost(&seen)));
                 }
             }
         }
@@ -300,14 +299,13 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
 
     /// Level below which a frame survives; without a stated sigma none can be told.
     fn ambiguous_level(&self) -> f64 {
-        chi_square_level(crate::acceptance::AMBIGUOUS, degrees_of_freedom(self.problem))
+        chi_square_level(acceptance::AMBIGUOUS, degrees_of_freedom(self.problem))
     }
 
     fn reason(&self, estimate: &Estimate<F>, selected: bool) -> String {
         let known = self.problem.reference_sigma();
-        let approach = estimate.leads_to.and_then(|i| self.judgement.minima[i].wrong_approach);
-        if let Some(touch) = approach {
-            return format!("touch {} would come out of its surface", touch + 1);
+        if let Some(objection) = acceptance::objection(&self.model, &State::at(estimate.state.frame)) {
+            return objection;
         }
         let chi_square = estimate.descends_to;
         if let (false, Some(misfit)) = (selected, estimate.chi_square)
@@ -343,7 +341,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
                 short(self.ambiguous_level())
             ),
             (false, None) => {
-                let from = chi_square_level(crate::acceptance::AMBIGUOUS, degrees_of_freedom(self.problem));
+                let from = chi_square_level(acceptance::AMBIGUOUS, degrees_of_freedom(self.problem));
                 format!("would fit from a sigma of {}", short((chi_square / from).sqrt()))
             }
         }

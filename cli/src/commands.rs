@@ -1,0 +1,8 @@
+//! The subcommands, one file each: what was typed becomes what is to be printed.
+
+pub(crate) mod completions;
+pub(crate) mod describe;
+pub(crate) mod list;
+pub(crate) mod locate;
+pub(crate) mod man;
+pub(crate) mod simulate;

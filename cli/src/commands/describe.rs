@@ -1,0 +1,164 @@
+//! `describe`: all that a fixture or a solver says of itself.
+
+use std::io;
+
+use nalgebra::Point3;
+use serde::Serialize;
+use touchref::{
+    FixturePlugin, Frame, ParameterKind, ParameterSpec, Parameters, Plugin, Probe, Registry, SolverPlugin,
+    Value,
+    io::{InputError, Measurement, TouchRecord, Units, write},
+};
+
+use crate::{
+    args::Format,
+    failure::Failure,
+    output::Output,
+    text::{self, Look},
+};
+
+/// Tell parameters, surfaces, touches and frame of a fixture, or what a solver does
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// A fixture or a solver
+    name: String,
+    /// Form of the result
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// The JSON of `describe`: a fixture or a solver.
+#[derive(Debug, Serialize)]
+pub(crate) struct Description {
+    schema: &'static str,
+    /// `fixture` or `solver`.
+    pub(crate) kind: &'static str,
+    pub(crate) name: &'static str,
+    pub(crate) summary: &'static str,
+    pub(crate) origin: &'static str,
+    pub(crate) parameters: Vec<ParameterDescription>,
+    #[serde(flatten)]
+    pub(crate) of: Kind,
+    pub(crate) reference: &'static str,
+}
+
+/// What only one of the two kinds has.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+pub(crate) enum Kind {
+    Fixture {
+        surfaces: Vec<SurfaceDescription>,
+        touches: &'static str,
+        frame: &'static str,
+        drawing: &'static str,
+        /// A measurement file.
+        example: String,
+    },
+    Solver {
+        about: &'static str,
+    },
+}
+
+#[derive(Debug, Serialize)]
+pub(crate) struct ParameterDescription {
+    pub(crate) name: &'static str,
+    /// Which values it takes, in words.
+    pub(crate) takes: String,
+    /// `null` for one that must be given.
+    pub(crate) default: Option<&'static str>,
+    pub(crate) meaning: &'static str,
+}
+
+#[derive(Debug, Serialize)]
+pub(crate) struct SurfaceDescription {
+    pub(crate) name: &'static str,
+    pub(crate) meaning: &'static str,
+}
+
+impl Args {
+    pub(crate) fn run(self, registry: &Registry) -> Result<Output, Failure> {
+        let description = if let Ok(plugin) = registry.fixture(&self.name) {
+            of_fixture(plugin, registry)
+        } else if let Ok(plugin) = registry.solver(&self.name) {
+            of_solver(plugin)
+        } else {
+            let fixtures = registry.fixtures().iter().map(|plugin| plugin.name);
+            let known = fixtures.chain(registry.solvers().iter().map(|plugin| plugin.name));
+            let error = InputError::unknown("unknown-name", "fixture or solver", &self.name, known);
+            return Err(error.with_key("name").into());
+        };
+        Ok(match self.format {
+            Format::Json => Output::json(&description),
+            Format::Text => Output::bytes(text::description(&description, Look::of(&io::stdout()))),
+        })
+    }
+}
+
+fn of_fixture(plugin: &'static FixturePlugin, registry: &Registry) -> Description {
+    let surfaces = plugin.surfaces.iter().map(|&(name, meaning)| SurfaceDescription { name, meaning });
+    let kind = Kind::Fixture {
+        surfaces: surfaces.collect(),
+        touches: plugin.touches,
+        frame: plugin.frame,
+        drawing: plugin.drawing,
+        example: example(plugin, registry),
+    };
+    describe(plugin, kind, plugin.reference)
+}
+
+fn of_solver(plugin: &'static SolverPlugin) -> Description {
+    describe(plugin, Kind::Solver { about: plugin.about }, plugin.reference)
+}
+
+fn describe<P: Plugin>(plugin: &'static P, of: Kind, reference: &'static str) -> Description {
+    let parameters = plugin.parameters().iter().map(|spec| ParameterDescription {
+        name: spec.name,
+        takes: spec.kind.to_string(),
+        default: spec.default,
+        meaning: spec.meaning,
+    });
+    Description {
+        schema: "touchref.describe/1",
+        kind: P::KIND,
+        name: plugin.name(),
+        summary: plugin.summary(),
+        origin: plugin.origin(),
+        parameters: parameters.collect(),
+        of,
+        reference,
+    }
+}
+
+/// A measurement file of this fixture: plausible parameters, touched without noise at its nominal layout; without
+/// touches where those parameters do not go together.
+fn example(plugin: &FixturePlugin, registry: &Registry) -> String {
+    let given = plugin.parameters.iter().filter(|spec| spec.default.is_none());
+    let measurement = given.fold(Measurement::new(plugin.name, Units::Millimetre), |measurement, spec| {
+        measurement.with_parameter(spec.name, plausible(spec))
+    });
+    let probe = Probe { tip_radius: 1.5, sigma: Some(0.005), ..Probe::default() };
+    let touches = measurement.fixture(registry).map_or(Vec::new(), |fixture| {
+        // Where it stands does not matter; numbers of three decimals read well.
+        let frame = Frame::from_quaternion_xyzw(Point3::new(100.0, 200.0, 50.0), [0.0, 0.0, 0.1, 1.0])
+            .unwrap_or_else(Frame::identity);
+        let layout = fixture.nominal_layout().into_iter().map(|(surface, contact)| {
+            let surface = &fixture.surfaces()[surface];
+            let at = frame.to_parent(&surface.tip_center(&contact, probe.tip_radius));
+            TouchRecord::new(&surface.name, at.map(|v| (v * 1e3).round() / 1e3))
+        });
+        layout.collect()
+    });
+    let parameters: &Parameters = measurement.parameters();
+    write::measurement(plugin.name, parameters, Units::Millimetre, &probe, &touches)
+}
+
+/// A value of a parameter that has no default.
+fn plausible(spec: &ParameterSpec) -> Value {
+    match spec.kind {
+        ParameterKind::Length => Value::from(20.0),
+        ParameterKind::Lengths3 => Value::from([20.0; 3]),
+        ParameterKind::Angle { above, below } => Value::from(0.5 * (above + below)),
+        ParameterKind::Choice(words) => Value::from(words.first().copied().unwrap_or_default()),
+        _ => Value::from(false),
+    }
+}

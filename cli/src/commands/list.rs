@@ -1,0 +1,81 @@
+//! `list`: what there is by name.
+
+use std::io;
+
+use clap::ValueEnum;
+use serde::Serialize;
+use touchref::{Plugin, Registry, io::dialect};
+
+use crate::{
+    args::Format,
+    output::Output,
+    text::{self, Look},
+};
+
+/// List the fixtures, solvers and dialects there are
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Only these
+    #[arg(value_enum)]
+    what: Option<What>,
+    /// Form of the result
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// What can be listed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum What {
+    Fixtures,
+    Solvers,
+    Dialects,
+}
+
+/// The JSON of `list`: only what was asked for.
+#[derive(Debug, Serialize)]
+pub(crate) struct Listing {
+    schema: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) fixtures: Option<Vec<Item>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) solvers: Option<Vec<Item>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) dialects: Option<Vec<Item>>,
+}
+
+/// One thing by name.
+#[derive(Debug, Serialize)]
+pub(crate) struct Item {
+    pub(crate) name: &'static str,
+    pub(crate) summary: &'static str,
+    /// Crate and module it comes from.
+    origin: &'static str,
+}
+
+impl Item {
+    fn of(plugin: &'static impl Plugin) -> Self {
+        Self { name: plugin.name(), summary: plugin.summary(), origin: plugin.origin() }
+    }
+}
+
+impl Args {
+    pub(crate) fn run(self, registry: &Registry) -> Output {
+        let wanted = |what| self.what.is_none_or(|only| only == what);
+        let of_dialect = |dialect: &'static dialect::Dialect| Item {
+            name: dialect.name,
+            summary: dialect.summary,
+            origin: "touchref_io::dialect",
+        };
+        let listing = Listing {
+            schema: "touchref.list/1",
+            fixtures: wanted(What::Fixtures)
+                .then(|| registry.fixtures().iter().map(|p| Item::of(*p)).collect()),
+            solvers: wanted(What::Solvers).then(|| registry.solvers().iter().map(|p| Item::of(*p)).collect()),
+            dialects: wanted(What::Dialects).then(|| dialect::ALL.iter().map(of_dialect).collect()),
+        };
+        match self.format {
+            Format::Json => Output::json(&listing),
+            Format::Text => Output::bytes(text::listing(&listing, Look::of(&io::stdout()))),
+        }
+    }
+}

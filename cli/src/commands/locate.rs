@@ -1,0 +1,65 @@
+//! `locate`: from touches to the frame.
+
+use std::io;
+
+use touchref::{
+    Registry,
+    io::{InputError, SolutionRecord, dialect, read_frame, solution::WarningRecord},
+};
+
+use crate::{
+    args::Format,
+    failure::Failure,
+    output::Output,
+    setup::{MeasurementArgs, SolverArgs},
+    text::{self, Look},
+};
+
+/// Find the frame of a fixture from touches on it
+///
+/// Prints a frame only when it passed its checks (exit status 0). Otherwise it says why there is none to trust (1), or
+/// what is wrong with the input (2).
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    measurement: MeasurementArgs,
+    #[command(flatten)]
+    solver: SolverArgs,
+    /// Frame near which the answer is expected: x,y,z,qx,qy,qz,qw or a result file
+    #[arg(long, value_name = "FRAME", allow_hyphen_values = true)]
+    near: Option<String>,
+    /// Also print the frame in the words of a machine; may be repeated
+    #[arg(long = "dialect", value_name = "NAME")]
+    dialects: Vec<String>,
+    /// Form of the result
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+impl Args {
+    pub(crate) fn run(self, registry: &Registry) -> Result<Output, Failure> {
+        let dialects =
+            self.dialects.iter().map(|name| dialect::find(name).map_err(|error| error.with_key("dialect")));
+        let dialects = dialects.collect::<Result<Vec<_>, InputError>>()?;
+        let solver = self.solver.build(registry)?;
+        let near =
+            self.near.as_deref().map(read_frame).transpose().map_err(|error| error.with_key("near"))?;
+        let setup = self.measurement.load(registry)?;
+        let touches = setup.touches()?;
+        let solution = setup.solve(&*solver, &touches, near)?;
+
+        let mut record = SolutionRecord::new(&setup.context(&touches), &solution);
+        record.warnings.extend(touches.warnings.iter().map(WarningRecord::from));
+        record.dialects = dialects
+            .iter()
+            .map(|dialect| {
+                (dialect.name.to_owned(), (dialect.literal)(&solution.frame, setup.measurement.units))
+            })
+            .collect();
+        Ok(match self.format {
+            Format::Json => Output::json(&record),
+            Format::Text => Output::bytes(text::solution(&record, Look::of(&io::stdout())))
+                .with_notes(record.warnings.iter().map(|warning| format!("warning: {}", warning.message))),
+        })
+    }
+}

@@ -1,0 +1,109 @@
+//! Why there is no result: what a subcommand can fail with, and its exit status.
+
+use std::{fmt::Display, io};
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use touchref::{
+    RegistryError, SolveError,
+    io::{ErrorRecord, InputError, TouchRecord, Units},
+};
+
+/// Why there is no result.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// An input or an argument is wrong.
+    Input(InputError),
+    /// A solver gives no frame.
+    Refused(Box<Refused>),
+    /// The call is wrong; or help or the version was asked for.
+    Call(clap::Error),
+}
+
+/// A solver's refusal, with the touches it is about.
+#[derive(Debug)]
+pub(crate) struct Refused {
+    pub(crate) error: SolveError,
+    pub(crate) units: Units,
+    pub(crate) touches: Vec<TouchRecord>,
+    /// The file of the touches.
+    pub(crate) file: String,
+}
+
+impl Failure {
+    /// A file that cannot be written.
+    pub(crate) fn writing(what: impl Display, error: &io::Error) -> Self {
+        let message = format!("cannot write {what}: {error}");
+        Self::Input(InputError::new("unwritable", message).with_help("check the folder and its permissions"))
+    }
+
+    /// Help or the version: what was asked for, and no failure.
+    pub(crate) fn is_help(&self) -> bool {
+        match self {
+            Self::Call(error) => matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion),
+            _ => false,
+        }
+    }
+
+    /// The exit status.
+    pub(crate) fn status(&self) -> u8 {
+        match self {
+            Self::Refused(refused) if !refused.error.is_input_error() => 1,
+            _ if self.is_help() => 0,
+            _ => 2,
+        }
+    }
+
+    /// For programs.
+    pub(crate) fn record(&self) -> ErrorRecord {
+        match self {
+            Self::Input(error) => error.into(),
+            Self::Refused(refused) => {
+                let mut record = ErrorRecord::of_refusal(&refused.error, refused.units, &refused.touches);
+                if let [touch, ..] = record.error.findings.touches.as_slice() {
+                    record.error.place.line = touch.line;
+                    record.error.place.file = Some(refused.file.clone());
+                }
+                record
+            }
+            Self::Call(error) => of_call(error),
+        }
+    }
+}
+
+/// The first paragraph of what clap says, and the argument it is about.
+fn of_call(error: &clap::Error) -> ErrorRecord {
+    let text = error.to_string();
+    let paragraph: Vec<&str> = text.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
+    let paragraph = paragraph.join(" ");
+    let message = paragraph.trim_start_matches("error: ");
+    let mut record = ErrorRecord::new("usage", message, "`touchref help` tells how it is called");
+    let word = |kind| match error.get(kind) {
+        Some(ContextValue::String(word)) => Some(word.clone()),
+        Some(ContextValue::Strings(words)) => words.first().cloned(),
+        _ => None,
+    };
+    record.error.place.key = word(ContextKind::InvalidArg).or_else(|| word(ContextKind::InvalidSubcommand));
+    record.error.place.nearest =
+        [ContextKind::SuggestedValue, ContextKind::SuggestedArg, ContextKind::SuggestedSubcommand]
+            .into_iter()
+            .find_map(word);
+    record
+}
+
+impl From<InputError> for Failure {
+    fn from(error: InputError) -> Self {
+        Self::Input(error)
+    }
+}
+
+impl From<RegistryError> for Failure {
+    fn from(error: RegistryError) -> Self {
+        Self::Input(error.into())
+    }
+}
+
+impl From<clap::Error> for Failure {
+    fn from(error: clap::Error) -> Self {
+        Self::Call(error)
+    }
+}

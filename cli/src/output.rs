@@ -1,0 +1,152 @@
+//! The one place that prints.
+
+use std::{
+    io::{self, IsTerminal, Write},
+    path::Path,
+};
+
+use anstream::AutoStream;
+use serde::Serialize;
+use tempfile::NamedTempFile;
+
+use crate::{
+    failure::Failure,
+    text::{self, Look},
+};
+
+/// Writes a result as it comes to be; nothing is held in memory.
+type Writer = Box<dyn FnOnce(&mut dyn Write) -> io::Result<()>>;
+
+/// What a subcommand prints.
+pub(crate) struct Output {
+    result: Writer,
+    /// For standard error, one line each.
+    notes: Vec<String>,
+}
+
+impl Output {
+    /// A result that writes itself.
+    pub(crate) fn stream(result: impl FnOnce(&mut dyn Write) -> io::Result<()> + 'static) -> Self {
+        Self { result: Box::new(result), notes: Vec::new() }
+    }
+
+    /// A result that is there already.
+    pub(crate) fn bytes(result: impl Into<Vec<u8>>) -> Self {
+        let result = result.into();
+        Self::stream(move |output| output.write_all(&result))
+    }
+
+    /// No result.
+    pub(crate) fn nothing() -> Self {
+        Self::bytes([])
+    }
+
+    /// A result for programs.
+    pub(crate) fn json(record: &impl Serialize) -> Self {
+        Self::bytes(json(record))
+    }
+
+    /// Adds lines for standard error.
+    pub(crate) fn with_notes(mut self, notes: impl IntoIterator<Item = String>) -> Self {
+        self.notes.extend(notes);
+        self
+    }
+}
+
+fn json(record: &impl Serialize) -> String {
+    // Keys are strings and numbers are plain, so that writing to memory cannot fail.
+    serde_json::to_string_pretty(record).unwrap_or_default() + "\n"
+}
+
+/// Prints what a subcommand came to, and returns the exit status.
+pub(crate) fn print(outcome: Result<Output, Failure>, json_errors: bool) -> u8 {
+    let (output, status) = match outcome {
+        Ok(output) => (output, 0),
+        Err(failure) if failure.is_help() => {
+            // clap colours and pages its own help; it knows the terminal as well as anyone.
+            let Failure::Call(help) = &failure else { return failure.status() };
+            return after_writing(help.print(), failure.status());
+        }
+        Err(failure) if json_errors => (Output::json(&failure.record()), failure.status()),
+        Err(failure) => {
+            note(&text::failure(&failure, Look::of(&io::stderr())));
+            return failure.status();
+        }
+    };
+    let mut stdout = AutoStream::auto(io::stdout().lock());
+    let written = (output.result)(&mut stdout).and_then(|()| stdout.flush());
+    for line in output.notes {
+        note(&(line + "\n"));
+    }
+    after_writing(written, status)
+}
+
+/// Writes to standard error; there is nobody left to tell when that fails.
+fn note(text: &str) {
+    let _ = AutoStream::auto(io::stderr().lock()).write_all(text.as_bytes());
+}
+
+fn after_writing(written: io::Result<()>, status: u8) -> u8 {
+    match written {
+        Ok(()) => status,
+        // `touchref ... | head` has read enough: no failure of this program.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => status,
+        Err(error) => {
+            note(&text::failure(&Failure::writing("to standard output", &error), Look::of(&io::stderr())));
+            2
+        }
+    }
+}
+
+/// Writes a file whole or not at all: beside it first, then in its place.
+pub(crate) fn write_file(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), Failure> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let whole = || -> io::Result<()> {
+        if path.metadata().is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
+            // A pipe or a device cannot be replaced, and keeps no half of a file.
+            return write(&mut io::BufWriter::new(std::fs::File::create(path)?));
+        }
+        let mut file = new_file(folder)?;
+        let mut buffer = io::BufWriter::new(file.as_file_mut());
+        write(&mut buffer)?;
+        buffer.flush()?;
+        drop(buffer);
+        file.persist(path)?;
+        Ok(())
+    };
+    whole().map_err(|error| Failure::writing(path.display(), &error))
+}
+
+/// A temporary file that others may read once it is in place, as far as the user's mask allows.
+#[cfg(unix)]
+fn new_file(folder: &Path) -> io::Result<NamedTempFile> {
+    use std::os::unix::fs::PermissionsExt;
+    tempfile::Builder::new().permissions(std::fs::Permissions::from_mode(0o666)).tempfile_in(folder)
+}
+
+#[cfg(not(unix))]
+fn new_file(folder: &Path) -> io::Result<NamedTempFile> {
+    NamedTempFile::new_in(folder)
+}
+
+impl Look {
+    /// How to print to a stream: boxes and colours on a terminal that has them, plain ASCII elsewhere.
+    pub(crate) fn of(stream: &impl IsTerminal) -> Self {
+        if stream.is_terminal() {
+            let columns = terminal_size::terminal_size().map_or(80, |(width, _)| usize::from(width.0));
+            Self {
+                terminal: true,
+                unicode: supports_unicode::supports_unicode(),
+                width: columns.clamp(40, 110),
+            }
+        } else {
+            Self::PLAIN
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! What was measured, from the arguments that every subcommand on a measurement shares.
+
+use std::path::PathBuf;
+
+use touchref::{
+    Fixture, Frame, Parameters, Plugin, Problem, Registry, Solution, Solver,
+    io::{Input, InputError, Measurement, TouchSource, Touches, Units, solution::Context},
+};
+
+use crate::failure::{Failure, Refused};
+
+/// The solver that is taken where it is linked in, and the one taken elsewhere.
+const DEFAULT_SOLVERS: [&str; 2] = ["least-squares", "closed-form"];
+
+/// A measurement file, or what would stand in one; arguments take the place of what the file says.
+#[derive(Debug, clap::Args)]
+pub(crate) struct MeasurementArgs {
+    /// Measurement file (TOML or JSON), or - for standard input
+    #[arg(value_name = "MEASUREMENT", required_unless_present = "fixture", conflicts_with = "fixture")]
+    file: Option<PathBuf>,
+    /// Kind of the fixture, instead of a measurement file
+    #[arg(long, value_name = "KIND")]
+    fixture: Option<String>,
+    /// Parameter of the fixture, as `radius=15`, `radius=15+-0.002`, `ab=[1,2,3]`; may be repeated
+    #[arg(short, long = "parameter", value_name = "NAME=VALUE", value_parser = name_and_value)]
+    parameters: Vec<(String, String)>,
+    /// Touch table (CSV), or - for standard input
+    #[arg(long, value_name = "TABLE")]
+    touches: Option<PathBuf>,
+    /// Unit of every length, where no file states it [default: mm]
+    #[arg(long, value_name = "UNIT", value_parser = units(), conflicts_with = "file")]
+    units: Option<Units>,
+    /// Radius of the probe tip, as `1.5` or `1.5+-0.001`; 0 where touches are surface points
+    #[arg(long, value_name = "R", allow_hyphen_values = true)]
+    tip_radius: Option<String>,
+    /// Standard deviation of one touch along the normal
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    sigma: Option<f64>,
+}
+
+/// Which solver is taken.
+#[derive(Debug, clap::Args)]
+pub(crate) struct SolverArgs {
+    /// Solver [default: least-squares]
+    #[arg(long, value_name = "NAME")]
+    solver: Option<String>,
+}
+
+fn name_and_value(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() => {
+            Ok((name.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err("expected NAME=VALUE".to_owned()),
+    }
+}
+
+fn units() -> impl clap::builder::TypedValueParser<Value = Units> {
+    use clap::builder::{PossibleValuesParser, TypedValueParser as _};
+    PossibleValuesParser::new(Units::ALL.map(Units::name))
+        .map(|name| Units::from_name(&name).unwrap_or(Units::Millimetre))
+}
+
+/// A measurement with its fixture built.
+#[derive(Debug)]
+pub(crate) struct Setup {
+    pub(crate) measurement: Measurement,
+    pub(crate) fixture: Box<dyn Fixture>,
+}
+
+impl MeasurementArgs {
+    /// Reads the measurement file, puts the arguments over it and builds the fixture.
+    pub(crate) fn load(&self, registry: &Registry) -> Result<Setup, InputError> {
+        let touches = self.touches.clone().map(Input::from);
+        let file = self.file.clone().map(Input::from);
+        if (&file, &touches) == (&Some(Input::Stdin), &Some(Input::Stdin)) {
+            let message = "both the measurement and the touch table are to come from standard input";
+            return Err(InputError::new("invalid-input", message)
+                .with_key("touches")
+                .with_help("give one of them as a file"));
+        }
+        let mut measurement = match (&file, &self.fixture) {
+            (Some(file), _) => Measurement::read(file)?,
+            (None, kind) => {
+                Measurement::new(kind.as_deref().unwrap_or_default(), self.units.unwrap_or(Units::Millimetre))
+            }
+        };
+        let plugin = measurement.plugin(registry)?;
+        for (name, text) in &self.parameters {
+            measurement.set_parameter(plugin, name, text)?;
+        }
+        if let Some(input) = touches {
+            measurement.touches = TouchSource::Table(input);
+        }
+        if let Some(text) = &self.tip_radius {
+            measurement.set_tip_radius(text)?;
+        }
+        if let Some(sigma) = self.sigma {
+            measurement.set_sigma(sigma)?;
+        }
+        let fixture = measurement.fixture(registry)?;
+        Ok(Setup { measurement, fixture })
+    }
+}
+
+impl SolverArgs {
+    /// Builds the solver.
+    pub(crate) fn build(&self, registry: &Registry) -> Result<Box<dyn Solver>, InputError> {
+        match &self.solver {
+            Some(name) => build_solver(registry, name).map_err(|error| error.with_key("solver")),
+            None => default_solver(registry),
+        }
+    }
+}
+
+/// The solver that is taken where none is named.
+pub(crate) fn default_solver(registry: &Registry) -> Result<Box<dyn Solver>, InputError> {
+    let linked = |name: &&str| registry.solver(name).is_ok();
+    let name = DEFAULT_SOLVERS.into_iter().find(linked).unwrap_or(DEFAULT_SOLVERS[0]);
+    build_solver(registry, name)
+}
+
+fn build_solver(registry: &Registry, name: &str) -> Result<Box<dyn Solver>, InputError> {
+    registry.solver(name)?.build(&Parameters::new()).map_err(|error| {
+        InputError::new("invalid-input", format!("solver `{name}`: {error}")).with_key(error.name.clone())
+    })
+}
+
+impl Setup {
+    /// The measurement's touches, their surfaces found.
+    pub(crate) fn touches(&self) -> Result<Touches, InputError> {
+        self.measurement.touches(&*self.fixture)
+    }
+
+    /// Solves for the frame, expected near `near` if that is given.
+    pub(crate) fn solve(
+        &self,
+        solver: &dyn Solver,
+        touches: &Touches,
+        near: Option<Frame>,
+    ) -> Result<Solution, Failure> {
+        let problem = Problem::new(&*self.fixture, &touches.touches, self.measurement.probe);
+        let problem = problem.map_err(InputError::from)?;
+        let problem = near.map_or(problem, |frame| problem.near(frame));
+        solver.solve(&problem).map_err(|error| {
+            Failure::Refused(Box::new(Refused {
+                error,
+                units: self.measurement.units,
+                touches: touches.records.clone(),
+                file: touches.file.clone(),
+            }))
+        })
+    }
+
+    /// What a result repeats of the measurement.
+    pub(crate) fn context<'a>(&'a self, touches: &'a Touches) -> Context<'a> {
+        Context {
+            kind: self.fixture.kind(),
+            parameters: self.fixture.parameters(),
+            units: self.measurement.units,
+            probe: &self.measurement.probe,
+            touches: &touches.records,
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! Results and failures for people.
+
+mod failure;
+mod number;
+mod plugins;
+mod sheet;
+mod solution;
+
+pub(crate) use failure::failure;
+pub(crate) use plugins::{description, listing};
+pub(crate) use solution::solution;
+
+/// How text may look where it is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Look {
+    /// On a terminal: fit tables to its width, and colours.
+    pub(crate) terminal: bool,
+    /// Box drawing and signs beyond ASCII.
+    pub(crate) unicode: bool,
+    /// Columns of a line of prose.
+    pub(crate) width: usize,
+}
+
+impl Look {
+    /// For a file or a pipe: plain ASCII, nothing that depends on where it runs.
+    pub(crate) const PLAIN: Self = Self { terminal: false, unicode: false, width: 100 };
+}

@@ -1,0 +1,87 @@
+//! Failures for people: what is wrong, where, and what to do.
+
+use std::fmt;
+
+use miette::{Diagnostic, MietteHandler, MietteHandlerOpts, ReportHandler};
+use touchref::{
+    SolveError,
+    io::refusal::{ErrorDetails, Findings},
+};
+
+use super::{
+    Look,
+    sheet::{BAD, Sheet},
+    solution::{condition, roots},
+};
+use crate::failure::{Failure, Refused};
+
+/// A failure, for standard error.
+pub(crate) fn failure(failure: &Failure, look: Look) -> String {
+    match failure {
+        Failure::Input(error) => diagnostic(error, look),
+        Failure::Refused(refused) => refusal(refused, &failure.record().error, look),
+        Failure::Call(error) => error.render().ansi().to_string(),
+    }
+}
+
+/// A diagnostic that points into the text it is about.
+fn diagnostic(error: &dyn Diagnostic, look: Look) -> String {
+    /// Hands a diagnostic to a handler of our choice; miette's own `Report` has one for the whole process.
+    struct Shown<'a>(&'a dyn Diagnostic, MietteHandler);
+    impl fmt::Display for Shown<'_> {
+        fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            self.1.debug(self.0, f)
+        }
+    }
+    let handler = MietteHandlerOpts::new()
+        .force_graphical(true)
+        // Where colours are not wanted they are taken out on the way to the stream.
+        .color(look.terminal)
+        .unicode(look.unicode)
+        .terminal_links(false)
+        .width(look.width)
+        .build();
+    let text = Shown(error, handler).to_string();
+    text.trim_start_matches('\n').trim_end().to_owned() + "\n"
+}
+
+fn refusal(refused: &Refused, details: &ErrorDetails, look: Look) -> String {
+    let units = refused.units.name();
+    let mut sheet = Sheet::new(look);
+    let verdict = if refused.error.is_input_error() { "No frame:" } else { "No frame to trust:" };
+    sheet.verdict(BAD, verdict, &details.message);
+    let findings = &details.findings;
+    for touch in &findings.touches {
+        let id = touch.id.as_ref().map_or(String::new(), |id| format!(" `{id}`"));
+        let line = touch.line.map_or(String::new(), |line| format!(", {} line {line}", refused.file));
+        sheet.prose(&format!("touch {}{id} on {}{line}", touch.index, touch.surface));
+    }
+    if let SolveError::Degenerate(degenerate) = &refused.error {
+        sheet.prose(&format!("the touches determine {} of {} motions", degenerate.rank, degenerate.unknowns));
+    }
+    if !details.help.is_empty() {
+        sheet.heading("What to do");
+        sheet.prose(&details.help);
+    }
+    found(&mut sheet, findings, units);
+    sheet.finish()
+}
+
+fn found(sheet: &mut Sheet, findings: &Findings, units: &str) {
+    if let Some(all) = findings.roots.as_deref().filter(|all| !all.is_empty()) {
+        sheet.heading("Frames that were weighed");
+        roots(sheet, all, units);
+    }
+    // A margin that is empty, or that does not exist, tells nothing.
+    if let Some(trust) = &findings.trust
+        && let (Some(from), Some(to)) = (trust.from_sigma, trust.up_to_sigma)
+        && from < to
+    {
+        sheet.heading("When the best of them would stand");
+        sheet.prose(&condition(trust, units));
+    }
+    if let Some(observability) = &findings.observability {
+        sheet.gap();
+        sheet.prose(&format!("weakest at the best of them is a {}", observability.weakest));
+    }
+}

@@ -1,0 +1,79 @@
+//! Fixtures, solvers and dialects for people.
+
+use super::{Look, sheet::Sheet};
+use crate::commands::{
+    describe::{Description, Kind, ParameterDescription},
+    list::{Item, Listing},
+};
+
+/// What there is by name.
+pub(crate) fn listing(listing: &Listing, look: Look) -> String {
+    let mut sheet = Sheet::new(look);
+    let sections =
+        [("Fixtures", &listing.fixtures), ("Solvers", &listing.solvers), ("Dialects", &listing.dialects)];
+    for (heading, items) in sections {
+        if let Some(items) = items {
+            sheet.heading(heading);
+            names(&mut sheet, items);
+        }
+    }
+    sheet.finish()
+}
+
+fn names(sheet: &mut Sheet, items: &[Item]) {
+    if items.is_empty() {
+        sheet.prose("none yet");
+        return;
+    }
+    let rows = items.iter().map(|item| vec![item.name.to_owned(), item.summary.to_owned()]);
+    sheet.table(&[], rows.collect(), &[]);
+}
+
+/// All that a fixture or a solver says of itself.
+pub(crate) fn description(description: &Description, look: Look) -> String {
+    let mut sheet = Sheet::new(look);
+    sheet.heading(&format!("{} {}", description.kind, description.name));
+    sheet.prose(description.summary);
+    if let Kind::Solver { about } = &description.of {
+        sheet.gap();
+        sheet.prose(about);
+    }
+    sheet.heading("Parameters");
+    parameters(&mut sheet, &description.parameters);
+    if let Kind::Fixture { surfaces, touches, frame, drawing, .. } = &description.of {
+        sheet.heading("Surfaces");
+        let rows = surfaces.iter().map(|surface| vec![surface.name.to_owned(), surface.meaning.to_owned()]);
+        sheet.table(&[], rows.collect(), &[]);
+        sheet.heading("Touches");
+        sheet.prose(touches);
+        sheet.heading("Frame");
+        sheet.prose(frame);
+        sheet.gap();
+        sheet.verbatim(drawing);
+    }
+    sheet.heading("Reference");
+    sheet.prose(description.reference);
+    if let Kind::Fixture { example, .. } = &description.of {
+        sheet.heading("A measurement file");
+        sheet.verbatim(example);
+    }
+    sheet.finish()
+}
+
+fn parameters(sheet: &mut Sheet, parameters: &[ParameterDescription]) {
+    if parameters.is_empty() {
+        sheet.prose("none");
+        return;
+    }
+    let header = ["name", "takes", "default", "meaning"].map(str::to_owned);
+    let rows = parameters.iter().map(|parameter| {
+        let default = parameter.default.unwrap_or("(must be given)");
+        vec![
+            parameter.name.to_owned(),
+            parameter.takes.clone(),
+            default.to_owned(),
+            parameter.meaning.to_owned(),
+        ]
+    });
+    sheet.table(&header, rows.collect(), &[]);
+}

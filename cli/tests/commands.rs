@@ -1,0 +1,278 @@
+//! The subcommands as a user types them.
+#![allow(clippy::unwrap_used, reason = "a test that cannot be set up has failed")]
+
+mod common;
+
+use std::{
+    fs,
+    process::{Command, Stdio},
+};
+
+use common::{Folder, TABLE, paper, without_touches};
+use serde_json::Value;
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+}
+
+/// Origin and axis as printed in the paper, to its printed digits.
+fn assert_papers_frame(result: &Value) {
+    // Half a unit of the fourth digit of the touches, amplified by the layout's condition of about 11.
+    const TOLERANCE: f64 = 5e-4;
+    let near = |got: Vec<f64>, want: [f64; 3]| {
+        assert!(got.iter().zip(want).all(|(g, w)| (g - w).abs() < TOLERANCE), "{got:?} {want:?}");
+    };
+    assert_eq!(result["schema"], "touchref.solution/1", "{result}");
+    near(numbers(&result["frame"]["origin"]), [2.9000, 3.8000, 4.2249]);
+    near(numbers(&result["frame"]["z_axis"]), [0.3000, 0.6000, 0.7416]);
+}
+
+#[test]
+fn the_paper_in_every_form_of_input() {
+    let json = serde_json::json!({
+        "units": "mm",
+        "fixture": { "kind": "cylinder-plane", "radius": 1, "angle_deg": 45 },
+        "probe": { "sigma": 5e-5 },
+        "touch": [
+            { "surface": "cylinder", "at": [2.9270, 2.0000, 1.6250] },
+            { "surface": "cylinder", "at": [1.7750, 2.8000, 1.4438] },
+            { "surface": "cylinder", "at": [1.3730, 2.6000, 3.1166] },
+            { "surface": "cylinder", "at": [3.5270, 3.2000, 3.1082] },
+            { "surface": "plane", "at": [2.8250, 2.4000, 4.0395] },
+            { "surface": "plane", "at": [3.9020, 5.2000, 4.0353] },
+            { "surface": "plane", "at": [2.0480, 5.2000, 4.7853] },
+        ],
+    })
+    .to_string();
+    let semicolons = TABLE.replace(',', ";").replace('.', ",");
+    let with_more = TABLE
+        .lines()
+        .enumerate()
+        .map(|(i, line)| if i == 0 { format!("{line},qif_feature\r\n") } else { format!("{line},CYL_1\r\n") })
+        .collect::<String>();
+    let folder = Folder::new()
+        .with("m.toml", paper())
+        .with("bom.toml", format!("\u{feff}{}", paper().replace('\n', "\r\n")))
+        .with("m.json", &json)
+        .with("bare.toml", without_touches())
+        .with("named.toml", format!("touches = \"t.csv\"\n{}", without_touches()))
+        .with("t.csv", TABLE)
+        .with("semicolons.csv", format!("\u{feff}# comment\r\n{semicolons}"))
+        .with("tabs.csv", TABLE.replace(',', "\t"))
+        .with("more.csv", with_more);
+    let arguments = ["--fixture", "cylinder-plane", "-p", "radius=1", "-p", "angle_deg=45"];
+    let from_arguments = [&["locate"], &arguments[..], &["--touches", "t.csv", "--sigma", "5e-5"]].concat();
+    let cases: &[(&[&str], &str)] = &[
+        (&["locate", "m.toml"], ""),
+        (&["locate", "bom.toml"], ""),
+        (&["locate", "m.json"], ""),
+        (&["locate", "-"], &paper()),
+        (&["locate", "-"], &json),
+        (&["locate", "named.toml"], ""),
+        (&["locate", "bare.toml", "--touches", "t.csv"], ""),
+        (&["locate", "bare.toml", "--touches", "-"], TABLE),
+        (&["locate", "bare.toml", "--touches", "semicolons.csv"], ""),
+        (&["locate", "bare.toml", "--touches", "tabs.csv"], ""),
+        (&["locate", "bare.toml", "--touches", "more.csv"], ""),
+        (&from_arguments, ""),
+    ];
+    for (args, stdin) in cases {
+        let (status, result) = folder.json(args, stdin.as_bytes());
+        assert_eq!(status, 0, "{args:?}: {result}");
+        assert_papers_frame(&result);
+    }
+}
+
+#[test]
+fn arguments_take_the_place_of_the_file() {
+    let folder = Folder::new().with("m.toml", paper().replace("radius = 1.0", "radius = 7.0"));
+    let args = ["locate", "m.toml", "-p", "radius=1.0+-0.001", "--sigma", "1e-4", "--tip-radius", "0"];
+    let (_, result) = folder.json(&args, b"");
+    assert_papers_frame(&result);
+    assert_eq!(result["fixture"]["parameters"]["radius"], serde_json::json!({ "value": 1.0, "u": 0.001 }));
+    assert_eq!(result["probe"]["sigma"], 1e-4);
+}
+
+#[test]
+fn columns_that_are_not_used_are_told() {
+    let table = TABLE.replace("id", "qif_feature");
+    let folder = Folder::new().with("m.toml", without_touches());
+    let args = ["locate", "m.toml", "--touches", "-"];
+    let (_, result) = folder.json(&args, table.as_bytes());
+    let warnings = result["warnings"].as_array().unwrap();
+    assert!(warnings.iter().any(|warning| warning["code"] == "ignored-column"), "{warnings:?}");
+    let output = folder.run(&args, table.as_bytes());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("`qif_feature`"));
+}
+
+#[test]
+fn text_is_plain_ascii_in_a_pipe_and_names_what_counts() {
+    let folder = Folder::new().with("m.toml", paper());
+    let output = folder.run(&["locate", "m.toml"], b"");
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.is_ascii() && !text.contains('\u{1b}'), "{text}");
+    for part in ["Frame found.", "0.00005 mm", "2.900", "Z axis", "chi-square", "condition", "radius", "x7"] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+}
+
+#[test]
+fn a_refusal_prints_no_frame_and_has_status_1() {
+    // A radius between those of two roots fits neither.
+    let folder = Folder::new().with("m.toml", paper().replace("radius = 1.0", "radius = 1.04"));
+    let output = folder.run(&["locate", "m.toml"], b"");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(output.stdout.is_empty());
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("No frame to trust") && told.contains("What to do"), "{told}");
+    let (status, result) = folder.json(&["locate", "m.toml"], b"");
+    let error = &result["error"];
+    assert_eq!((status, error["code"].as_str()), (1, Some("inconsistent")), "{result}");
+    assert!(error["roots"].as_array().unwrap().len() >= 2 && error["trust"].is_object(), "{error}");
+}
+
+#[test]
+fn a_result_file_is_a_frame() {
+    let folder = Folder::new().with("m.toml", paper());
+    let result = folder.run(&["locate", "m.toml", "--format", "json"], b"").stdout;
+    let folder = folder.with("r.json", result);
+    let (status, again) = folder.json(&["locate", "m.toml", "--near", "r.json"], b"");
+    assert_eq!(status, 0);
+    assert_papers_frame(&again);
+}
+
+#[test]
+fn what_is_simulated_can_be_located() {
+    let folder = Folder::new().with("m.toml", paper());
+    let frame = "-10,20,300,0.5,-0.5,0.5,0.5";
+    let layouts: &[&[&str]] = &[&[], &["--layout", "random", "--touches-per-surface", "8,6"]];
+    for layout in layouts {
+        let args =
+            [&["simulate", "m.toml", "--seed", "5", "--frame", frame, "-o", "t.csv"], *layout].concat();
+        let output = folder.run(&args, b"");
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.stdout.is_empty());
+        let (status, result) = folder.json(&["locate", "m.toml", "--touches", "t.csv"], b"");
+        assert_eq!(status, 0, "{result}");
+        let quaternion = numbers(&result["frame"]["quaternion_xyzw"]);
+        for (got, want) in quaternion.iter().zip([0.5, -0.5, 0.5, 0.5]) {
+            // The paper's sigma is 1e-4 of its radius; a layout may lose a factor of ten.
+            assert!((got - want).abs() < 1e-3, "{layout:?} {quaternion:?}");
+        }
+    }
+}
+
+#[test]
+fn a_seed_decides_and_placements_are_told_apart() {
+    let folder = Folder::new().with("m.toml", paper());
+    let run = |args: &[&str]| {
+        let output = folder.run(&[&["simulate", "m.toml"], args].concat(), b"");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert_eq!(run(&["--seed", "1"]), run(&["--seed", "1"]));
+    assert_ne!(run(&["--seed", "1"]), run(&["--seed", "2"]));
+    let three = run(&["--seed", "1", "--count", "3"]);
+    let rows: Vec<&str> = three.lines().filter(|line| !line.starts_with('#')).collect();
+    assert_eq!(rows.len(), 1 + 3 * 7, "{three}");
+    assert!(
+        rows[0].starts_with("placement,id,surface,x,y,z") && rows[21].starts_with("2,x7,plane,"),
+        "{three}"
+    );
+    assert!(three.starts_with("# ") && three.contains("seed 1, sigma 0.00005 mm"), "{three}");
+}
+
+#[test]
+fn simulation_needs_a_sigma_and_somewhere_to_write() {
+    let folder = Folder::new().with("m.toml", paper().replace("sigma = 0.00005", ""));
+    assert_eq!(folder.run(&["simulate", "m.toml"], b"").status.code(), Some(2));
+    let output = folder.run(&["simulate", "m.toml", "--sigma", "1e-4", "-o", "no/such/folder/t.csv"], b"");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("cannot write"));
+    assert_eq!(fs::read_dir(folder.0.path()).unwrap().count(), 1, "nothing is left behind");
+}
+
+#[test]
+fn the_example_of_every_fixture_is_a_measurement() {
+    let (_, listed) = Folder::new().json(&["list", "fixtures"], b"");
+    for fixture in listed["fixtures"].as_array().unwrap() {
+        let name = fixture["name"].as_str().unwrap();
+        let (_, described) = Folder::new().json(&["describe", name], b"");
+        let example = described["example"].as_str().unwrap();
+        let output = Folder::new().run(&["locate", "-"], example.as_bytes());
+        // Whether a solver trusts so few touches is its own matter: no word of the example is wrong.
+        assert!(
+            matches!(output.status.code(), Some(0 | 1)),
+            "{name}\n{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+    }
+}
+
+#[test]
+fn everything_listed_can_be_described() {
+    let (status, listed) = Folder::new().json(&["list"], b"");
+    assert_eq!((status, listed["dialects"].is_array()), (0, true));
+    for list in ["fixtures", "solvers"] {
+        for item in listed[list].as_array().unwrap() {
+            let name = item["name"].as_str().unwrap();
+            let output = Folder::new().run(&["describe", name], b"");
+            let text = String::from_utf8(output.stdout).unwrap();
+            assert!(text.contains(name) && text.contains("Parameters"), "{text}");
+        }
+    }
+    let (_, only) = Folder::new().json(&["list", "dialects"], b"");
+    assert!(only.get("fixtures").is_none());
+}
+
+#[test]
+fn completions_and_manual_pages_come_from_the_same_definition() {
+    let folder = Folder::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = folder.run(&["completions", shell], b"").stdout;
+        assert!(String::from_utf8(script).unwrap().contains("locate"), "{shell}");
+    }
+    assert!(String::from_utf8(folder.run(&["man"], b"").stdout).unwrap().contains("touchref"));
+    assert_eq!(folder.run(&["man", "."], b"").status.code(), Some(0));
+    assert!(folder.0.path().join("touchref-locate.1").exists());
+}
+
+#[test]
+fn help_and_version_go_to_standard_output() {
+    for args in
+        [&["--help"][..], &["locate", "--help"], &["--version"], &["locate", "--help", "--format", "json"]]
+    {
+        let output = Folder::new().run(args, b"");
+        assert_eq!(output.status.code(), Some(0));
+        assert!(String::from_utf8(output.stdout).unwrap().contains("touchref"), "{args:?}");
+    }
+}
+
+#[test]
+fn a_table_of_many_rows_is_read() {
+    use std::fmt::Write as _;
+    let mut table = String::from("surface,x,y,z\n");
+    for row in 0..200_000 {
+        writeln!(table, "plane,{row},1,2").unwrap();
+    }
+    table.push_str("plane,1,2,oops\n");
+    let folder = Folder::new().with("m.toml", without_touches());
+    let (status, result) = folder.json(&["locate", "m.toml", "--touches", "-"], table.as_bytes());
+    assert_eq!((status, result["error"]["line"].as_u64()), (2, Some(200_002)), "{result}");
+}
+
+#[test]
+fn a_reader_that_has_enough_ends_the_command_quietly() {
+    let folder = Folder::new().with("m.toml", paper());
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin!("touchref"))
+        .current_dir(folder.0.path())
+        .args(["simulate", "m.toml", "--count", "100000"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Closing the pipe unread is what `| head` does after its lines.
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}

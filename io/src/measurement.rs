@@ -1,0 +1,361 @@
+//! Measurement files: what was touched, with what, and where.
+
+use std::{ops::Range, path::Path, sync::Arc};
+
+use nalgebra::{Point3, Unit, Vector3};
+use touchref_core::{
+    Fixture, FixturePlugin, Noise, ParameterError, Parameters, Plugin, Probe, Registry, Touch, TouchError,
+    Value, Warning, parameters::nearest,
+};
+
+use crate::{Input, InputError, Units, parameter, source::Source, table::TableReader};
+
+mod file;
+
+/// A measurement as its file (or its arguments) states it, in the file's unit.
+///
+/// Names are not resolved yet: [`fixture`](Self::fixture) builds the fixture and [`touches`](Self::touches) finds its
+/// surfaces; both still point into the file when something is wrong.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurement {
+    /// Unit of every length.
+    pub units: Units,
+    /// Kind of the fixture: the name of its plugin.
+    pub kind: String,
+    /// Parameters of the fixture as given, unchecked.
+    parameters: Parameters,
+    /// The probe.
+    pub probe: Probe,
+    /// Where the touches are.
+    pub touches: TouchSource,
+    origin: Option<Arc<Origin>>,
+}
+
+/// Where the touches of a measurement are.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TouchSource {
+    /// None are given, as for a simulation.
+    Absent,
+    /// In a touch table.
+    Table(Input),
+    /// In the measurement itself.
+    Listed(Vec<TouchRecord>),
+}
+
+/// One touch as a file states it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TouchRecord {
+    /// Name of the surface.
+    pub surface: String,
+    /// Centre of the tip, in the parent.
+    pub at: Point3<f64>,
+    /// How sure the position is.
+    pub noise: Noise,
+    /// Direction in which the probe moved, in the parent.
+    pub approach: Option<Unit<Vector3<f64>>>,
+    /// What the user calls the touch.
+    pub id: Option<String>,
+    /// The placement of the fixture to which it belongs, in a table of many.
+    pub placement: Option<String>,
+    /// Line of the file, from 1.
+    pub line: Option<usize>,
+}
+
+/// Touches whose surfaces are known to the fixture.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Touches {
+    /// As the file states them, in its order.
+    pub records: Vec<TouchRecord>,
+    /// The same for a solver.
+    pub touches: Vec<Touch>,
+    /// The file they come from.
+    pub file: String,
+    /// What the user should know of the file.
+    pub warnings: Vec<Warning>,
+}
+
+/// The text behind a measurement, and where in it the names stand that are resolved later.
+#[derive(Debug, PartialEq)]
+struct Origin {
+    source: Source,
+    fixture: Range<usize>,
+    kind: Range<usize>,
+    /// Name, place of the key, place of the value.
+    parameters: Vec<(String, Range<usize>, Range<usize>)>,
+    /// The surface of each listed touch.
+    surfaces: Vec<Range<usize>>,
+}
+
+impl Measurement {
+    /// A measurement that no file states: exact touches of surface points, none given yet.
+    #[must_use]
+    pub fn new(kind: &str, units: Units) -> Self {
+        Self {
+            units,
+            kind: kind.to_owned(),
+            parameters: Parameters::new(),
+            probe: Probe::default(),
+            touches: TouchSource::Absent,
+            origin: None,
+        }
+    }
+
+    /// Reads a measurement file: TOML, or the same keys as JSON.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with it: a file that cannot be read, a syntax error, a key that is unknown,
+    /// missing, or has a value of the wrong kind or range.
+    pub fn read(input: &Input) -> Result<Self, InputError> {
+        let folder = match input {
+            Input::File(path) => path.parent().unwrap_or(Path::new("")),
+            Input::Stdin => Path::new(""),
+        };
+        file::read(Source::read(input)?, folder)
+    }
+
+    /// Reads the text of a measurement file that messages call `name`; a touch table it names is looked for in
+    /// `folder`.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn from_text(name: &str, text: &str, folder: &Path) -> Result<Self, InputError> {
+        file::read(Source::new(name, text), folder)
+    }
+
+    /// The plugin of its fixture.
+    ///
+    /// # Errors
+    /// `unknown-fixture`, with the nearest name.
+    pub fn plugin(&self, registry: &Registry) -> Result<&'static FixturePlugin, InputError> {
+        registry.fixture(&self.kind).map_err(|error| {
+            let error = InputError::from(error).with_key("fixture.kind");
+            match &self.origin {
+                Some(origin) => error.at(origin.source.place(origin.kind.clone())),
+                None => error,
+            }
+        })
+    }
+
+    /// Sets a parameter from the text after `NAME=`; it takes the place of the file's.
+    ///
+    /// # Errors
+    /// `unknown-key` when the fixture has no such parameter, `invalid-input` when the text is no value of its kind.
+    pub fn set_parameter(
+        &mut self,
+        plugin: &FixturePlugin,
+        name: &str,
+        text: &str,
+    ) -> Result<(), InputError> {
+        let Some(spec) = plugin.parameters.iter().find(|spec| spec.name == name) else {
+            return Err(unknown_parameter(plugin, name));
+        };
+        let value = parameter::from_text(spec, text)?;
+        self.parameters.set(name, value);
+        if let Some(origin) = self.origin.as_mut().and_then(Arc::get_mut) {
+            origin.parameters.retain(|(known, ..)| known != name);
+        }
+        Ok(())
+    }
+
+    /// The parameters of its fixture as given, unchecked and without defaults.
+    #[must_use]
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// Sets a parameter to a value; it takes the place of the file's.
+    #[must_use]
+    pub fn with_parameter(mut self, name: &str, value: impl Into<Value>) -> Self {
+        self.parameters.set(name, value.into());
+        self
+    }
+
+    /// Sets the radius of the probe tip from text, which may carry a standard uncertainty: `1.5`, `1.5+-0.001`.
+    ///
+    /// # Errors
+    /// `invalid-input` when the text is no length of 0 or more.
+    pub fn set_tip_radius(&mut self, text: &str) -> Result<(), InputError> {
+        let right = |(radius, u): &(f64, f64)| [*radius, *u].iter().all(|v| v.is_finite() && *v >= 0.0);
+        let (radius, u) = parameter::uncertain(text).filter(right).ok_or_else(|| {
+            let message = format!("the tip radius is `{text}`; expected a length, 0 or more");
+            InputError::new("invalid-input", message).with_key("probe.tip_radius")
+        })?;
+        (self.probe.tip_radius, self.probe.tip_radius_u) = (radius, u);
+        Ok(())
+    }
+
+    /// Sets the standard deviation of one touch.
+    ///
+    /// # Errors
+    /// `invalid-input` when it is not a length above 0.
+    pub fn set_sigma(&mut self, sigma: f64) -> Result<(), InputError> {
+        if sigma.is_finite() && sigma > 0.0 {
+            self.probe.sigma = Some(sigma);
+            return Ok(());
+        }
+        let message = format!("sigma is {sigma}; expected a length > 0");
+        Err(InputError::new("invalid-input", message).with_key("probe.sigma"))
+    }
+
+    /// Builds its fixture.
+    ///
+    /// # Errors
+    /// `unknown-fixture`; `unknown-key`, `missing-key` or `invalid-input` for the first parameter that is wrong.
+    pub fn fixture(&self, registry: &Registry) -> Result<Box<dyn Fixture>, InputError> {
+        let plugin = self.plugin(registry)?;
+        plugin.build(&self.parameters).map_err(|error| self.parameter_error(plugin, &error))
+    }
+
+    fn parameter_error(&self, plugin: &FixturePlugin, error: &ParameterError) -> InputError {
+        let origin = self.origin.as_deref();
+        let written =
+            origin.and_then(|origin| origin.parameters.iter().find(|(name, ..)| *name == error.name));
+        let described = plugin.parameters.iter().find(|spec| spec.name == error.name);
+        let given = self.parameters.get(&error.name).is_some();
+        let (reason, span, label) = match (described, given) {
+            (None, _) => {
+                let span = written.map(|(_, key, _)| key.clone());
+                (unknown_parameter(plugin, &error.name), span, "not a parameter of this fixture".to_owned())
+            }
+            (Some(spec), false) => {
+                let missing = InputError::new("missing-key", error.to_string())
+                    .with_help(format!("add `{} = ...`: {}", spec.name, spec.meaning));
+                (
+                    missing,
+                    origin.map(|origin| origin.fixture.clone()),
+                    format!("`{}` is missing here", spec.name),
+                )
+            }
+            (Some(spec), true) => {
+                let wrong = InputError::new("invalid-input", error.to_string())
+                    .with_nearest(error.nearest.as_deref())
+                    .with_help(format!("{}: {}", spec.name, spec.meaning));
+                (wrong, written.map(|(.., value)| value.clone()), format!("expected {}", error.expected))
+            }
+        };
+        let key = if origin.is_some() { format!("fixture.{}", error.name) } else { error.name.clone() };
+        let reason = reason.with_key(key).labelled(label);
+        match (origin, span) {
+            (Some(origin), Some(span)) => reason.at(origin.source.place(span)),
+            _ => reason,
+        }
+    }
+
+    /// Reads its touches and finds their surfaces.
+    ///
+    /// # Errors
+    /// `too-few-touches` when there are none, `unknown-surface`, and whatever is wrong with a touch table.
+    pub fn touches(&self, fixture: &dyn Fixture) -> Result<Touches, InputError> {
+        let touches = match &self.touches {
+            TouchSource::Absent => {
+                return Err(InputError::new("too-few-touches", "the measurement has no touches").with_help(
+                    "list them in the measurement file as [[touch]], name a table there (touches = \"touches.csv\"), \
+                     or give one with --touches TABLE",
+                ));
+            }
+            TouchSource::Listed(records) => self.listed(fixture, records)?,
+            TouchSource::Table(input) => from_table(fixture, input)?,
+        };
+        self.same_certainty(&touches)?;
+        Ok(touches)
+    }
+
+    fn listed(&self, fixture: &dyn Fixture, records: &[TouchRecord]) -> Result<Touches, InputError> {
+        let mut touches = Vec::with_capacity(records.len());
+        for (index, record) in records.iter().enumerate() {
+            touches.push(record.touch(fixture).map_err(|error| {
+                let error = InputError::from(error).with_key(format!("touch[{index}].surface"));
+                match &self.origin {
+                    Some(origin) if index < origin.surfaces.len() => {
+                        error.at(origin.source.place(origin.surfaces[index].clone()))
+                    }
+                    _ => error,
+                }
+            })?);
+        }
+        let file = self.origin.as_ref().map_or(String::new(), |origin| origin.source.name().to_owned());
+        Ok(Touches { records: records.to_vec(), touches, file, warnings: Vec::new() })
+    }
+
+    /// Either every touch says how sure it is, or the probe does.
+    fn same_certainty(&self, touches: &Touches) -> Result<(), InputError> {
+        let states_own = |record: &TouchRecord| record.noise != Noise::OfProbe;
+        let some = touches.records.iter().any(states_own);
+        match touches.records.iter().find(|record| !states_own(record)) {
+            Some(record) if some && self.probe.sigma.is_none() => {
+                let line = record.line.map_or(String::new(), |line| format!(" (line {line})"));
+                let message = format!(
+                    "touch `{}`{line} has no sigma although others have one, and the probe states none",
+                    record.id.as_deref().unwrap_or(&record.surface)
+                );
+                Err(InputError::new("invalid-input", message)
+                    .with_file(&touches.file)
+                    .with_key("probe.sigma")
+                    .with_help("state `sigma` under [probe] or with --sigma, or for every touch"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl TouchRecord {
+    /// A touch of the surface of that name, its tip centre at `at`; nothing else is known of it.
+    #[must_use]
+    pub fn new(surface: &str, at: Point3<f64>) -> Self {
+        Self {
+            surface: surface.to_owned(),
+            at,
+            noise: Noise::OfProbe,
+            approach: None,
+            id: None,
+            placement: None,
+            line: None,
+        }
+    }
+
+    /// The touch for a solver.
+    ///
+    /// # Errors
+    /// [`TouchError::UnknownSurface`] with the nearest known name.
+    pub fn touch(&self, fixture: &dyn Fixture) -> Result<Touch, TouchError> {
+        let surface = fixture.surface_index(&self.surface)?;
+        Ok(Touch { surface, at: self.at, noise: self.noise, approach: self.approach })
+    }
+}
+
+impl From<TouchError> for InputError {
+    fn from(error: TouchError) -> Self {
+        match &error {
+            TouchError::UnknownSurface { nearest, .. } => {
+                Self::new("unknown-surface", error.to_string()).with_nearest(nearest.as_deref())
+            }
+            TouchError::Empty => Self::new("too-few-touches", error.to_string()),
+            _ => Self::new("invalid-input", error.to_string()),
+        }
+    }
+}
+
+fn unknown_parameter(plugin: &FixturePlugin, name: &str) -> InputError {
+    let known = || plugin.parameters.iter().map(|spec| spec.name);
+    let list = known().collect::<Vec<_>>().join(", ");
+    let message = format!("fixture `{}` has no parameter `{name}`; it has {list}", plugin.name);
+    InputError::new("unknown-key", message).with_nearest(nearest(name, known())).with_key(name)
+}
+
+fn from_table(fixture: &dyn Fixture, input: &Input) -> Result<Touches, InputError> {
+    let names: Vec<&str> = fixture.surfaces().iter().map(|surface| surface.name.as_str()).collect();
+    let mut reader = TableReader::open(input, &names)?;
+    let mut touches = Touches { file: input.name(), ..Touches::default() };
+    for record in &mut reader {
+        let record = record?;
+        touches.touches.push(record.touch(fixture)?);
+        touches.records.push(record);
+    }
+    touches.warnings = reader.warnings().to_vec();
+    if touches.records.is_empty() {
+        return Err(InputError::new("too-few-touches", "the touch table has a header but no touches")
+            .with_file(&touches.file)
+            .with_help("add one line a touch below the header"));
+    }
+    Ok(touches)
+}

@@ -1,0 +1,70 @@
+//! Parameters of plugins from files and from arguments.
+
+use touchref_core::{ParameterKind, ParameterSpec, Value, parameters::parse};
+
+use crate::{InputError, tree::Content, walk::Field};
+
+/// The value of a parameter in a measurement file, of whatever kind it is; the plugin's description checks it later.
+pub(crate) fn from_field(field: &Field<'_>) -> Result<Value, InputError> {
+    match &field.node.content {
+        Content::Number(_) | Content::Table(_) => {
+            let (value, u) = field.uncertain()?;
+            Ok(Value::Number { value, u })
+        }
+        Content::Text(text) => Ok(Value::from(text.as_str())),
+        Content::Flag(flag) => Ok(Value::from(*flag)),
+        Content::List(_) => {
+            let numbers = field.list("a list of numbers")?;
+            let numbers = numbers.iter().map(|number| number.number("a number"));
+            Ok(Value::Numbers(numbers.collect::<Result<_, _>>()?))
+        }
+        Content::Other(what) => {
+            Err(field.wrong(what, "a number, a string, a truth value or a list of numbers"))
+        }
+    }
+}
+
+/// The value of a parameter from the text after `NAME=`: a number may carry a standard uncertainty, `15±0.002` or
+/// `15+-0.002`.
+pub(crate) fn from_text(spec: &ParameterSpec, text: &str) -> Result<Value, InputError> {
+    let value = match spec.kind {
+        ParameterKind::Length | ParameterKind::Angle { .. } => {
+            uncertain(text).map(|(value, u)| Value::Number { value, u })
+        }
+        kind => parse(kind, text),
+    };
+    value.ok_or_else(|| {
+        InputError::new(
+            "invalid-input",
+            format!("parameter `{}` is `{text}`; expected {}", spec.name, spec.kind),
+        )
+        .with_key(spec.name)
+        .with_help(format!("{}: {}", spec.name, spec.meaning))
+    })
+}
+
+/// A number with its standard uncertainty from text: `15`, `15±0.002`, `15+-0.002`.
+pub(crate) fn uncertain(text: &str) -> Option<(f64, f64)> {
+    let (value, u) = ["±", "+-", "+/-"].iter().find_map(|sign| text.split_once(sign)).unwrap_or((text, "0"));
+    Some((value.trim().parse().ok()?, u.trim().parse().ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_may_carry_an_uncertainty() {
+        let spec = |kind| ParameterSpec { name: "p", kind, default: None, meaning: "" };
+        let length = spec(ParameterKind::Length);
+        for text in ["15±0.002", "15 +- 0.002", "15+/-0.002"] {
+            assert_eq!(from_text(&length, text).unwrap(), Value::Number { value: 15.0, u: 0.002 });
+        }
+        assert_eq!(from_text(&length, "15").unwrap(), Value::from(15.0));
+        let lengths = from_text(&spec(ParameterKind::Lengths3), "[1, 2,3]").unwrap();
+        assert_eq!(lengths, Value::from([1.0, 2.0, 3.0]));
+        for wrong in ["", "x", "1±", "1±2±3"] {
+            assert_eq!(from_text(&length, wrong).unwrap_err().key(), Some("p"), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,358 @@
+//! The JSON of a frame: `touchref.solution/1`.
+//!
+//! Where a number does not exist it is `null`, never invented: no sigma is stated, or nothing limits it (an infinite
+//! `up_to_sigma` or `condition`). Numbers print with the digits that round-trip.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use touchref_core::{
+    Covariance, Limit, Measure, Motion, Observability, Parameters, Probe, Residual, RootReport, SigmaSource,
+    Solution, Trust, Twist, Value, Warning,
+};
+
+use crate::{FrameRecord, TouchRecord, Units};
+
+/// The schema that [`SolutionRecord`] states.
+pub const SCHEMA: &str = "touchref.solution/1";
+
+/// A frame with all that was weighed on the way; lengths in `units`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SolutionRecord {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// The fixture.
+    pub fixture: FixtureRecord,
+    /// Name of the solver.
+    pub solver: String,
+    /// Unit of every length.
+    pub units: String,
+    /// The probe as used.
+    pub probe: ProbeRecord,
+    /// The fixture's frame in the parent.
+    pub frame: FrameRecord,
+    /// The touches in input order, with their residuals.
+    pub touches: Vec<ResidualRecord>,
+    /// Root mean square of the residuals.
+    pub rms: Option<f64>,
+    /// Squared misfit over the variance.
+    pub chi_square: Option<f64>,
+    /// Touches less unknowns.
+    pub degrees_of_freedom: usize,
+    /// Chance of a larger `chi_square`.
+    pub p_value: Option<f64>,
+    /// Covariance of the frame.
+    pub covariance: Option<CovarianceRecord>,
+    /// Every root, and why all but one are out.
+    pub roots: Vec<RootRecord>,
+    /// The margin within which the frame stands.
+    pub trust: TrustRecord,
+    /// What the touches see.
+    pub observability: ObservabilityRecord,
+    /// What the user should know although the frame stands.
+    pub warnings: Vec<WarningRecord>,
+    /// The frame in the words of machines, by dialect.
+    pub dialects: BTreeMap<String, String>,
+}
+
+/// What a [`SolutionRecord`] is made from.
+#[derive(Debug, Clone, Copy)]
+pub struct Context<'a> {
+    /// Kind of the fixture.
+    pub kind: &'a str,
+    /// Its parameters, defaults filled in.
+    pub parameters: &'a Parameters,
+    /// Unit of every length.
+    pub units: Units,
+    /// The probe as used.
+    pub probe: &'a Probe,
+    /// The touches in input order.
+    pub touches: &'a [TouchRecord],
+}
+
+impl SolutionRecord {
+    /// The record of a solution.
+    #[must_use]
+    pub fn new(context: &Context<'_>, solution: &Solution) -> Self {
+        let touches = solution.residuals.iter().zip(context.touches).enumerate();
+        Self {
+            schema: SCHEMA.to_owned(),
+            fixture: FixtureRecord::new(context.kind, context.parameters),
+            solver: solution.solver.to_owned(),
+            units: context.units.name().to_owned(),
+            probe: ProbeRecord::from(context.probe),
+            frame: FrameRecord::from(&solution.frame),
+            touches: touches
+                .map(|(index, (residual, touch))| ResidualRecord::new(index, touch, residual))
+                .collect(),
+            rms: finite(solution.rms),
+            chi_square: solution.chi_square.and_then(finite),
+            degrees_of_freedom: solution.degrees_of_freedom,
+            p_value: solution.p_value.and_then(finite),
+            covariance: solution.covariance.as_ref().map(CovarianceRecord::from),
+            roots: solution.roots.iter().map(RootRecord::from).collect(),
+            trust: TrustRecord::from(&solution.trust),
+            observability: ObservabilityRecord::from(&solution.observability),
+            warnings: solution.warnings.iter().map(WarningRecord::from).collect(),
+            dialects: BTreeMap::new(),
+        }
+    }
+}
+
+/// The number, if there is one to write.
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+/// A fixture: kind and parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FixtureRecord {
+    /// Name of its plugin.
+    pub kind: String,
+    /// Parameters by name, in the order of the plugin's description.
+    pub parameters: serde_json::Map<String, serde_json::Value>,
+}
+
+impl FixtureRecord {
+    /// The record of a fixture.
+    #[must_use]
+    pub fn new(kind: &str, parameters: &Parameters) -> Self {
+        let parameters = parameters.iter().map(|(name, value)| (name.to_owned(), parameter(value))).collect();
+        Self { kind: kind.to_owned(), parameters }
+    }
+}
+
+fn parameter(value: &Value) -> serde_json::Value {
+    match value {
+        Value::Number { value, u } if *u == 0.0 => (*value).into(),
+        Value::Number { value, u } => serde_json::json!({ "value": value, "u": u }),
+        Value::Numbers(values) => values.clone().into(),
+        Value::Word(word) => word.clone().into(),
+        Value::Flag(flag) => (*flag).into(),
+        _ => serde_json::Value::Null,
+    }
+}
+
+/// The probe as used.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ProbeRecord {
+    /// Radius of the tip; 0 where touches are surface points.
+    pub tip_radius: f64,
+    /// Its standard uncertainty.
+    pub tip_radius_u: f64,
+    /// Standard deviation of one touch along the normal, as stated.
+    pub sigma: Option<f64>,
+}
+
+impl From<&Probe> for ProbeRecord {
+    fn from(probe: &Probe) -> Self {
+        Self { tip_radius: probe.tip_radius, tip_radius_u: probe.tip_radius_u, sigma: probe.sigma }
+    }
+}
+
+/// How far one touch is from its surface.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ResidualRecord {
+    /// Which touch, from 0.
+    pub index: usize,
+    /// What the user calls it.
+    pub id: Option<String>,
+    /// Name of the surface.
+    pub surface: String,
+    /// Signed distance from the surface less the tip radius.
+    pub residual: Option<f64>,
+    /// The same in standard deviations.
+    pub normalized: Option<f64>,
+}
+
+impl ResidualRecord {
+    fn new(index: usize, touch: &TouchRecord, residual: &Residual) -> Self {
+        Self {
+            index,
+            id: touch.id.clone(),
+            surface: touch.surface.clone(),
+            residual: finite(residual.length),
+            normalized: residual.normalized.and_then(finite),
+        }
+    }
+}
+
+/// Covariance of a frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CovarianceRecord {
+    /// The 6x6 matrix, rows first.
+    pub matrix: [[f64; 6]; 6],
+    /// What its rows are: `x y z rx ry rz`.
+    pub order: [String; 6],
+    /// Along which axes: `parent`.
+    pub axes: String,
+    /// About which point rotations are: `origin`, the fixture's.
+    pub about: String,
+    /// Standard deviation of one touch that it stands on.
+    pub sigma: Option<f64>,
+    /// `given` or `residuals`.
+    pub sigma_source: String,
+}
+
+impl From<&Covariance> for CovarianceRecord {
+    fn from(covariance: &Covariance) -> Self {
+        let source = match covariance.sigma_source {
+            SigmaSource::Given => "given",
+            SigmaSource::Residuals => "residuals",
+        };
+        Self {
+            matrix: std::array::from_fn(|row| std::array::from_fn(|column| covariance.matrix[(row, column)])),
+            order: ["x", "y", "z", "rx", "ry", "rz"].map(str::to_owned),
+            axes: "parent".to_owned(),
+            about: "origin".to_owned(),
+            sigma: finite(covariance.sigma),
+            sigma_source: source.to_owned(),
+        }
+    }
+}
+
+/// One root, and what became of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RootRecord {
+    /// Its frame.
+    pub frame: FrameRecord,
+    /// The dimensions it implies, by name: lengths, or degrees.
+    pub measures: serde_json::Map<String, serde_json::Value>,
+    /// Their standard uncertainties.
+    pub measures_u: serde_json::Map<String, serde_json::Value>,
+    /// How far it is from the known geometry, in standard deviations.
+    pub misfit: Option<f64>,
+    /// Whether it is the one.
+    pub selected: bool,
+    /// Why it is, or why not.
+    pub reason: String,
+}
+
+impl From<&RootReport> for RootRecord {
+    fn from(root: &RootReport) -> Self {
+        let by_name = |number: fn(&Measure) -> Option<f64>| {
+            root.measures.iter().map(|measure| (measure.name.to_owned(), number(measure).into())).collect()
+        };
+        Self {
+            frame: FrameRecord::from(&root.frame),
+            measures: by_name(|measure| finite(measure.value)),
+            measures_u: by_name(|measure| measure.u.and_then(finite)),
+            misfit: root.misfit.and_then(finite),
+            selected: root.selected,
+            reason: root.reason.clone(),
+        }
+    }
+}
+
+/// The margin within which a frame stands: the standard deviation of one touch lies between two bounds.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrustRecord {
+    /// As stated.
+    pub sigma: Option<f64>,
+    /// Below this the touches contradict the fixture.
+    pub from_sigma: Option<f64>,
+    /// Above this the frame is not the only one, or its uncertainty is not true; `null` where nothing limits it.
+    pub up_to_sigma: Option<f64>,
+    /// What gives way above: `none`, `ambiguity`, `curvature`, `rise` or `search`.
+    pub limited_by: String,
+    /// The next best frame.
+    pub second_minimum: Option<SecondMinimumRecord>,
+    /// Relative curvature.
+    pub nonlinearity: Option<f64>,
+}
+
+/// The next best frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SecondMinimumRecord {
+    /// Its squared misfit over the variance.
+    pub chi_square: Option<f64>,
+    /// The frame.
+    pub frame: FrameRecord,
+}
+
+impl From<&Trust> for TrustRecord {
+    fn from(trust: &Trust) -> Self {
+        Self {
+            sigma: trust.sigma,
+            from_sigma: finite(trust.from_sigma),
+            up_to_sigma: finite(trust.up_to_sigma),
+            limited_by: limit_name(trust.limited_by).to_owned(),
+            second_minimum: trust.second_minimum.map(|second| SecondMinimumRecord {
+                chi_square: second.chi_square.and_then(finite),
+                frame: FrameRecord::from(&second.frame),
+            }),
+            nonlinearity: trust.nonlinearity.and_then(finite),
+        }
+    }
+}
+
+fn limit_name(limit: Limit) -> &'static str {
+    match limit {
+        Limit::None => "none",
+        Limit::Ambiguity => "ambiguity",
+        Limit::Curvature => "curvature",
+        Limit::Rise => "rise",
+        Limit::Search => "search",
+        _ => "other",
+    }
+}
+
+/// What the touches see.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ObservabilityRecord {
+    /// How many of the six motions the touches determine.
+    pub rank: usize,
+    /// Largest over smallest singular value; `null` when infinite.
+    pub condition: Option<f64>,
+    /// The motion that the touches see least, in words.
+    pub weakest: String,
+    /// The same in numbers.
+    pub twist: TwistRecord,
+}
+
+impl From<&Observability> for ObservabilityRecord {
+    fn from(observability: &Observability) -> Self {
+        Self {
+            rank: observability.rank,
+            condition: finite(observability.condition),
+            weakest: observability.weakest.words.clone(),
+            twist: TwistRecord::from(&observability.weakest),
+        }
+    }
+}
+
+/// A small motion of the fixture, along the **parent's** axes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TwistRecord {
+    /// Translation of the point `about`.
+    pub translation: [f64; 3],
+    /// Rotation vector about that point, radians.
+    pub rotation: [f64; 3],
+    /// The point, in the parent.
+    pub about: [f64; 3],
+}
+
+impl From<&Motion> for TwistRecord {
+    fn from(motion: &Motion) -> Self {
+        let Twist { translation, rotation } = motion.twist;
+        Self { translation: translation.into(), rotation: rotation.into(), about: motion.about.into() }
+    }
+}
+
+/// Something the user should know.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WarningRecord {
+    /// By which programs know it.
+    pub code: String,
+    /// For people.
+    pub message: String,
+}
+
+impl From<&Warning> for WarningRecord {
+    fn from(warning: &Warning) -> Self {
+        Self { code: warning.code.to_owned(), message: warning.message.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,231 @@
+//! Measurement files and touch tables as text.
+
+use std::{fmt::Write as _, io};
+
+use nalgebra::Point3;
+use touchref_core::{Noise, Parameters, Probe, Value};
+
+use crate::{TouchRecord, Units};
+
+/// One row of a touch table to write; numbers keep the digits that round-trip.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row<'a> {
+    /// Name of the surface.
+    pub surface: &'a str,
+    /// Centre of the tip, in the parent.
+    pub at: Point3<f64>,
+    /// What the user calls the touch; written where the table has the column.
+    pub id: Option<&'a str>,
+    /// The placement it belongs to; written where the table has the column.
+    pub placement: Option<u64>,
+}
+
+/// Which columns a touch table has besides `surface`, `x`, `y` and `z`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Columns {
+    /// `id`.
+    pub id: bool,
+    /// `placement`.
+    pub placement: bool,
+}
+
+/// Writes a touch table row by row.
+#[derive(Debug)]
+pub struct TableWriter<W: io::Write> {
+    writer: csv::Writer<W>,
+    columns: Columns,
+}
+
+impl<W: io::Write> TableWriter<W> {
+    /// Writes each of `comments` on a line of its own, then the header.
+    ///
+    /// # Errors
+    /// Those of `output`.
+    pub fn new(mut output: W, comments: &[String], columns: Columns) -> io::Result<Self> {
+        for comment in comments {
+            writeln!(output, "# {}", comment.replace(['\n', '\r'], " "))?;
+        }
+        let mut writer = csv::Writer::from_writer(output);
+        let header =
+            [(columns.placement, "placement"), (columns.id, "id")].into_iter().filter(|(there, _)| *there);
+        let header = header.map(|(_, name)| name).chain(["surface", "x", "y", "z"]);
+        writer.write_record(header).map_err(io_error)?;
+        Ok(Self { writer, columns })
+    }
+
+    /// Writes a row.
+    ///
+    /// # Errors
+    /// Those of the output.
+    pub fn write(&mut self, row: &Row<'_>) -> io::Result<()> {
+        self.write_fields(row).map_err(io_error)
+    }
+
+    fn write_fields(&mut self, row: &Row<'_>) -> csv::Result<()> {
+        if self.columns.placement {
+            self.writer.write_field(row.placement.map_or(String::new(), |number| number.to_string()))?;
+        }
+        if self.columns.id {
+            self.writer.write_field(row.id.unwrap_or_default())?;
+        }
+        self.writer.write_field(row.surface)?;
+        for coordinate in row.at.iter() {
+            self.writer.write_field(coordinate.to_string())?;
+        }
+        self.writer.write_record(None::<&[u8]>)
+    }
+
+    /// Writes what is still held back.
+    ///
+    /// # Errors
+    /// Those of the output.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.writer.flush()
+    }
+}
+
+/// The error of the output itself, so that a closed pipe stays one; csv's own conversion hides its kind.
+fn io_error(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
+    }
+}
+
+/// A measurement file (TOML); the touches are listed in it.
+#[must_use]
+pub fn measurement(
+    kind: &str,
+    parameters: &Parameters,
+    units: Units,
+    probe: &Probe,
+    touches: &[TouchRecord],
+) -> String {
+    let mut text = format!("units = \"{units}\"\n\n[fixture]\nkind = {}\n", quoted(kind));
+    for (name, value) in parameters.iter() {
+        line(&mut text, name, &value_text(value));
+    }
+    text.push_str("\n[probe]\n");
+    line(&mut text, "tip_radius", &number_text(probe.tip_radius, probe.tip_radius_u));
+    if let Some(sigma) = probe.sigma {
+        line(&mut text, "sigma", &number(sigma));
+    }
+    for touch in touches {
+        text.push_str("\n[[touch]]\n");
+        if let Some(id) = &touch.id {
+            line(&mut text, "id", &quoted(id));
+        }
+        line(&mut text, "surface", &quoted(&touch.surface));
+        line(&mut text, "at", &list(touch.at.iter().copied()));
+        match touch.noise {
+            Noise::OfProbe => {}
+            Noise::Sigma(sigma) => line(&mut text, "sigma", &number(sigma)),
+            Noise::Covariance(c) => {
+                let rows: Vec<String> = c.row_iter().map(|row| list(row.iter().copied())).collect();
+                line(&mut text, "covariance", &format!("[{}]", rows.join(", ")));
+            }
+        }
+        if let Some(approach) = touch.approach {
+            line(&mut text, "approach", &list(approach.iter().copied()));
+        }
+    }
+    text
+}
+
+fn line(text: &mut String, key: &str, value: &str) {
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{key} = {value}");
+}
+
+fn value_text(value: &Value) -> String {
+    match value {
+        Value::Number { value, u } => number_text(*value, *u),
+        Value::Numbers(values) => list(values.iter().copied()),
+        Value::Word(word) => quoted(word),
+        Value::Flag(flag) => flag.to_string(),
+        _ => quoted("?"),
+    }
+}
+
+fn number_text(value: f64, u: f64) -> String {
+    if u == 0.0 { number(value) } else { format!("{{ value = {}, u = {} }}", number(value), number(u)) }
+}
+
+/// A number as TOML has it, a float even where it is whole.
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+fn list(values: impl Iterator<Item = f64>) -> String {
+    format!("[{}]", values.map(number).collect::<Vec<_>>().join(", "))
+}
+
+/// A TOML basic string.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            c if c.is_control() => {
+                let _ = write!(quoted, "\\u{:04X}", u32::from(c));
+            }
+            c => quoted.push(c),
+        }
+    }
+    quoted + "\""
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use nalgebra::{Matrix3, Unit, Vector3};
+
+    use super::*;
+    use crate::{Measurement, TouchSource, table::TableReader};
+
+    #[test]
+    fn a_written_measurement_reads_back_the_same() {
+        let parameters = Parameters::new()
+            .with("radius", Value::Number { value: 15.0, u: 0.002 })
+            .with("radii", [1.0, 0.1 + 0.2, 1e-300])
+            .with("side", "beh\"ind\\\n")
+            .with("bore", true);
+        let probe = Probe { tip_radius: 1.5, tip_radius_u: 0.001, sigma: Some(5e-5) };
+        let touch = |noise, id: Option<&str>| TouchRecord {
+            noise,
+            approach: Some(Unit::new_unchecked(Vector3::z())),
+            id: id.map(str::to_owned),
+            ..TouchRecord::new("+x", Point3::new(1.0, -2e20, 1.0 / 3.0))
+        };
+        let touches = [
+            touch(Noise::OfProbe, Some("a")),
+            touch(Noise::Sigma(0.1), None),
+            touch(Noise::Covariance(Matrix3::identity()), None),
+        ];
+        let text = measurement("k", &parameters, Units::Inch, &probe, &touches);
+        let back = Measurement::from_text("m.toml", &text, Path::new("")).unwrap();
+        assert_eq!((back.units, back.parameters(), back.probe), (Units::Inch, &parameters, probe));
+        let TouchSource::Listed(mut listed) = back.touches else { panic!("the touches are listed") };
+        for touch in &mut listed {
+            touch.line = None;
+        }
+        assert_eq!(listed, touches);
+    }
+
+    #[test]
+    fn a_written_table_reads_back_the_same() {
+        let at = Point3::new(0.1 + 0.2, -1e-7, 1e30);
+        let mut bytes = Vec::new();
+        let columns = Columns { id: true, placement: true };
+        let mut writer = TableWriter::new(&mut bytes, &["seed 1\nand".to_owned()], columns).unwrap();
+        for placement in [0, 1] {
+            writer.write(&Row { surface: "a,b", at, id: Some("t"), placement: Some(placement) }).unwrap();
+        }
+        writer.finish().unwrap();
+        let table = TableReader::new(Box::new(std::io::Cursor::new(bytes)), "t", &["a,b"]).unwrap();
+        let rows: Vec<TouchRecord> = table.collect::<Result<_, _>>().unwrap();
+        assert_eq!(rows.len(), 2);
+        assert_eq!((rows[1].at, rows[1].placement.as_deref()), (at, Some("1")));
+    }
+}

@@ -8,12 +8,14 @@
 //! (chi-square above 53.34 with six degrees of freedom). Beside it: the choice of the root of nearest radius, which
 //! refuses nothing.
 
+#![allow(clippy::print_stdout)] // An example tells its figures.
+
 use std::{collections::BTreeMap, error::Error};
 
 use rand::RngExt;
 use rayon::prelude::*;
 use touchref::{
-    Fixture, Frame, Parameters, Plugin, Probe, Problem, RootKind, Solution, Solver,
+    Fixture, Frame, Parameters, Probe, Problem, RootKind, Solution, Solver,
     analysis::simulation::{generator, random_frame, random_layout, simulate},
     statistics::chi_square_level,
 };

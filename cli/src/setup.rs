@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use touchref::{
-    Fixture, Frame, Parameters, Plugin, Problem, Registry, Solution, Solver,
+    Fixture, Frame, Parameters, Problem, Registry, Solution, Solver,
     io::{Input, InputError, Measurement, TouchSource, Touches, Units, solution::Context},
 };
 

@@ -4,8 +4,8 @@ use std::{ops::Range, path::Path, sync::Arc};
 
 use nalgebra::{Point3, Unit, Vector3};
 use touchref_core::{
-    Fixture, FixturePlugin, Noise, ParameterError, Parameters, Plugin, Probe, Registry, Touch, TouchError,
-    Value, Warning, parameters::nearest,
+    Fixture, FixturePlugin, Noise, ParameterError, Parameters, Probe, Registry, Touch, TouchError, Value,
+    Warning, parameters::nearest,
 };
 
 use crate::{Input, InputError, Units, parameter, source::Source, table::TableReader};

@@ -1,10 +1,4 @@
-//! When may a frame be accepted?
-//!
-//! The squared misfit at the true frame follows chi-square with one degree of freedom per touch, whatever the
-//! geometry: the set of frames below a level is an exact confidence set, and each connected piece of it holds a local
-//! minimum of the misfit. So, with every minimum known, a frame stands when its minimum is consistent, no other
-//! minimum lies below the level, and the quadratic model on which its covariance rests holds as far as the level
-//! reaches.
+//! When may a frame be accepted? The crate's documentation tells the rule.
 //!
 //! All conditions scale with the noise. Instead of testing them at the stated noise, [`Judgement`] finds the factor of
 //! the problem's sigmas at which each gives way: the frame stands between [`Bounds::from`] and the least of the

@@ -7,8 +7,8 @@
 //! With as many touches as unknowns the frame is the root itself. With more, it is the root after Gauss-Newton steps on
 //! all touches, dimensions free: the one-step estimator, as good as the iterated one to first order.
 //!
-//! Acceptance is that of [`acceptance`](crate::acceptance), on the frames that each candidate leads to under the known
-//! geometry, and the same two tests of curvature on the frame with its dimensions free.
+//! Acceptance is [that of every solver](crate#when-a-frame-is-accepted), on the frames that each candidate leads to
+//! under the known geometry; the root's own curvature, with its dimensions free, must pass, too.
 
 use nalgebra::{DMatrix, DVector, Matrix6};
 use touchref_core::{
@@ -37,7 +37,7 @@ pub static PLUGIN: SolverPlugin = SolverPlugin {
             implies. The known dimensions choose: a root stands when it fits within the stated noise, no other does, \
             and first-order uncertainty holds. The frame rests on the touches alone; take `least-squares` for the \
             frame that the known dimensions make more certain.",
-    reference: "roots: the fixture's own reference; acceptance: chi-square levels, see the crate's documentation",
+    reference: "roots: the fixture's own reference; acceptance: chi-square levels, see docs of touchref-solvers",
     build,
 };
 touchref_core::register_solver!(PLUGIN);

@@ -1,4 +1,25 @@
 //! The built-in solvers of touchref: one file a plugin.
+//!
+//! # When a frame is accepted
+//!
+//! The squared misfit at the true frame follows chi-square with one degree of freedom per touch, whatever the geometry.
+//! So the frames below a level are an exact confidence set, and each connected piece of that set holds a local minimum
+//! of the misfit. A solver therefore looks for **every** minimum (the fixture's closed form, the same with the plane's
+//! normal tilted within its noise, and a scan of all axis directions give the starts), and accepts the best one when
+//!
+//! | condition | else refused as |
+//! |---|---|
+//! | no motion is free: singular values of the scaled Jacobian, and of the root's own | `degenerate` |
+//! | its chi-square is below the 1e-3 level for touches less six degrees of freedom | `inconsistent` |
+//! | no other minimum lies below the 1e-6 level | `ambiguous` |
+//! | the search for minima is complete: the plane's normal is known to 0.1 rad | `degenerate`, `not-validated` |
+//! | the relative curvature is below 0.3: Frobenius norm of the residuals' second derivative, in standard deviations, in coordinates in which the covariance is the identity | `not-validated` |
+//! | 7.3 standard deviations along the weakest motion (the 1e-9 level of six degrees of freedom) the misfit has risen by 0.55 to 3 times what the covariance predicts | `not-validated` |
+//!
+//! Each condition scales with the noise, so each has a sigma at which it gives way. These bounds are
+//! [`Trust::from_sigma`](touchref_core::Trust::from_sigma) and
+//! [`Trust::up_to_sigma`](touchref_core::Trust::up_to_sigma): where a sigma is stated it must lie between them, and where
+//! none is stated they are the answer.
 
 pub(crate) mod acceptance;
 pub mod closed_form;

@@ -327,3 +327,150 @@ macro_rules! with_unknowns {
     };
 }
 pub(crate) use with_unknowns;
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix6, Point3, Unit, Vector6};
+    use touchref_core::{
+        Extent, Fixture, Frame, Parameters, Probe, Problem, Requirement, Shape, Surface, Touch, Twist,
+    };
+
+    use super::{Extra, Model, Quantity, State};
+
+    /// A cylinder, a cone, a sphere and a plane, with one made-up dimension.
+    #[derive(Debug)]
+    struct Everything {
+        parameters: Parameters,
+        surfaces: Vec<Surface>,
+        requirement: Requirement,
+    }
+
+    impl Everything {
+        fn new() -> Self {
+            let axis = Unit::new_normalize(nalgebra::Vector3::new(0.3, -0.2, 0.9));
+            let extent = Extent::Disc { radius: 1.0 };
+            let point = Point3::new(1.0, -2.0, 0.5);
+            let shapes = [
+                Shape::Cylinder { point, axis, radius: 4.0, bore: false },
+                Shape::Cone { apex: point, axis, half_angle: 0.4, bore: true },
+                Shape::Sphere { center: Point3::new(4.0, 3.0, -2.0), radius: 3.0, bore: false },
+                Shape::Plane { point, normal: nalgebra::Vector3::x_axis() },
+            ];
+            let surfaces = shapes.map(|shape| Surface::new("s", shape, extent)).to_vec();
+            Self { parameters: Parameters::new(), surfaces, requirement: Requirement::counts(&[0; 4]) }
+        }
+    }
+
+    impl Fixture for Everything {
+        fn kind(&self) -> &'static str {
+            "everything"
+        }
+        fn parameters(&self) -> &Parameters {
+            &self.parameters
+        }
+        fn surfaces(&self) -> &[Surface] {
+            &self.surfaces
+        }
+        fn requirement(&self) -> &Requirement {
+            &self.requirement
+        }
+        fn size(&self) -> f64 {
+            4.0
+        }
+        fn dimension_gradient(&self, _: usize, surface: usize, _: &Point3<f64>) -> f64 {
+            if surface == 0 { -1.0 } else { 0.0 }
+        }
+        fn nominal_layout(&self) -> Vec<(usize, Point3<f64>)> {
+            Vec::new()
+        }
+    }
+
+    fn touches() -> Vec<Touch> {
+        let places = (0..12).map(|k| {
+            let k = f64::from(k);
+            Point3::new(9.0 * (1.3 * k).sin(), 8.0 * (2.1 * k).cos(), 5.0 + 6.0 * (0.7 * k).sin())
+        });
+        places.enumerate().map(|(k, at)| Touch::new(k % 4, at)).collect()
+    }
+
+    fn state() -> State {
+        let frame = Frame::from_quaternion_xyzw(Point3::new(0.4, -0.3, 0.8), [0.1, -0.2, 0.3, 0.9]).unwrap();
+        State::at(frame)
+    }
+
+    const EXTRAS: [Extra; 1] = [Extra { what: Quantity::Dimension(0), prior: Some(0.2) }];
+    /// Central differences of step 1e-5: truncation 1e-10 of third derivatives below 10, rounding 1e-15 / step.
+    const STEP: f64 = 1e-5;
+    const TOLERANCE: f64 = 1e-7;
+
+    #[test]
+    fn gradients_are_those_of_central_differences() {
+        let (fixture, touches) = (Everything::new(), touches());
+        let probe = Probe { tip_radius: 0.5, tip_radius_u: 0.0, sigma: Some(0.3) };
+        let problem = Problem::new(&fixture, &touches, probe).unwrap();
+        let model = Model::<7>::new(&problem, &EXTRAS);
+        for index in 0..touches.len() {
+            let row = model.row(&state(), index);
+            for k in 0..7 {
+                let mut step = [0.0; 7];
+                step[k] = STEP;
+                let up = model.residual(&state().moved(&step), index).1;
+                let down = model.residual(&state().moved(&step.map(|s| -s)), index).1;
+                assert!(((up - down) / (2.0 * STEP) - row.gradient[k]).abs() < TOLERANCE, "{index} {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn hessians_are_those_of_central_differences() {
+        /// Second differences of step 1e-4: rounding 1e-15 / step^2.
+        const STEP: f64 = 1e-4;
+        const TOLERANCE: f64 = 1e-6;
+        let (fixture, touches) = (Everything::new(), touches());
+        let probe = Probe { tip_radius: 0.5, tip_radius_u: 0.0, sigma: Some(0.3) };
+        let problem = Problem::new(&fixture, &touches, probe).unwrap();
+        let model = Model::<6>::new(&problem, &[]);
+        for index in 0..touches.len() {
+            let hessian = model.hessian(&state(), index);
+            let at = |v: Vector6<f64>| {
+                let frame = state().frame.moved(&Twist::from(v));
+                model.residual(&State::at(frame), index).1
+            };
+            let numeric = Matrix6::from_fn(|i, j| {
+                let (a, b) = (Vector6::ith(i, STEP), Vector6::ith(j, STEP));
+                (at(a + b) - at(a - b) - at(b - a) + at(-a - b)) / (4.0 * STEP * STEP)
+            });
+            assert!((hessian - numeric).abs().max() < TOLERANCE, "{index}: {}", hessian - numeric);
+        }
+    }
+
+    #[test]
+    fn the_square_root_is_that_of_the_normal_equations() {
+        let (fixture, touches) = (Everything::new(), touches());
+        let probe = Probe { tip_radius: 0.5, tip_radius_u: 0.0, sigma: Some(0.3) };
+        let problem = Problem::new(&fixture, &touches, probe).unwrap();
+        let model = Model::<7>::new(&problem, &EXTRAS);
+        let (root, normal) = (model.square_root(&state()), model.normal_equations(&state()));
+        for i in 0..7 {
+            for j in 0..=i {
+                let product: f64 = (0..7).map(|k| root.r[k][i] * root.r[k][j]).sum();
+                assert!((product - normal.matrix[i][j]).abs() < 1e-12 * normal.matrix[i][i].abs().max(1.0));
+            }
+        }
+        // Pythagoras: what the unknowns take up, and what is left over.
+        let taken: f64 = root.q.iter().map(|q| q * q).sum();
+        assert!((taken + root.left_over - normal.chi_square).abs() < 1e-10 * normal.chi_square);
+        // The step solves the normal equations.
+        let step = root.step().unwrap();
+        for i in 0..7 {
+            let product: f64 = (0..7)
+                .map(|j| if j <= i { normal.matrix[i][j] } else { normal.matrix[j][i] } * step[j])
+                .sum();
+            assert!(
+                (product + normal.gradient[i]).abs() < 1e-9 * normal.gradient[i].abs().max(1.0),
+                "{i}: {product} {}",
+                normal.gradient[i]
+            );
+        }
+    }
+}

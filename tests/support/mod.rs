@@ -5,7 +5,7 @@
 
 pub mod companion;
 
-use touchref::{Fixture, Parameters, Plugin, Solver};
+use touchref::{Fixture, Parameters, Solver};
 
 /// A built-in fixture, by name, through the registry.
 pub fn fixture(kind: &str, parameters: &Parameters) -> Box<dyn Fixture> {

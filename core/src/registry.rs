@@ -64,6 +64,8 @@ pub struct SolverPlugin {
 pub trait Plugin: fmt::Debug + Sync {
     /// Which kind of thing it makes: `fixture` or `solver`.
     const KIND: &'static str;
+    /// What it makes.
+    type Product: ?Sized;
     /// The name that finds it.
     fn name(&self) -> &'static str;
     /// What it is, in one line.
@@ -72,12 +74,18 @@ pub trait Plugin: fmt::Debug + Sync {
     fn origin(&self) -> &'static str;
     /// Its parameters.
     fn parameters(&self) -> &'static [ParameterSpec];
+    /// Checks the parameters against their descriptions, then builds.
+    ///
+    /// # Errors
+    /// The first parameter that is unknown, missing or out of its range.
+    fn build(&self, parameters: &Parameters) -> Result<Box<Self::Product>, ParameterError>;
 }
 
 macro_rules! plugin {
     ($type:ty, $kind:literal, $product:ty) => {
         impl Plugin for $type {
             const KIND: &'static str = $kind;
+            type Product = $product;
             fn name(&self) -> &'static str {
                 self.name
             }
@@ -90,15 +98,19 @@ macro_rules! plugin {
             fn parameters(&self) -> &'static [ParameterSpec] {
                 self.parameters
             }
+            fn build(&self, parameters: &Parameters) -> Result<Box<$product>, ParameterError> {
+                (self.build)(&parameters.checked(self.parameters)?)
+            }
         }
 
+        // The same without the trait in scope.
         impl $type {
             /// Checks the parameters against their descriptions, then builds.
             ///
             /// # Errors
             /// The first parameter that is unknown, missing or out of its range.
             pub fn build(&self, parameters: &Parameters) -> Result<Box<$product>, ParameterError> {
-                (self.build)(&parameters.checked(self.parameters)?)
+                Plugin::build(self, parameters)
             }
         }
     };

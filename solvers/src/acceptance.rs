@@ -114,7 +114,7 @@ pub(crate) fn objection<const P: usize>(model: &Model<'_, P>, state: &State) -> 
     let mut wrong = touches.filter_map(|(index, touch)| {
         let approach = touch.approach?;
         let out = approach.dot(&model.normal(state, index)) > APPROACH_SLACK;
-        out.then(|| format!("the approach of touch {} would come out of its surface", index + 1))
+        out.then(|| format!("the approach of touch {index} would come out of its surface"))
     });
     wrong.next().or_else(|| model.problem.fixture().objection(model.problem, &state.frame))
 }
@@ -484,9 +484,10 @@ impl<const P: usize> Account<'_, '_, P> {
         let degrees = degrees_of_freedom(self.problem);
         let level = chi_square_level(INCONSISTENT, degrees);
         let message = format!(
-            "the touches contradict the fixture: chi-square {} with {degrees} degrees of freedom, at most {} expected \
+            "the touches contradict the fixture: chi-square {} with {degrees} degree{} of freedom, at most {} expected \
              (level {INCONSISTENT}); they would fit from a sigma of {}, stated is {}{hint}",
             short(self.judgement.best().chi_square),
+            if degrees == 1 { "" } else { "s" },
             short(level),
             short(self.bounds.from * self.unit()),
             short(self.unit()),

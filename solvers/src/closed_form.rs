@@ -308,7 +308,11 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
             return objection;
         }
         let chi_square = estimate.descends_to;
-        if let (false, Some(misfit)) = (selected, estimate.chi_square)
+        // Without a stated sigma every misfit is one that some sigma allows.
+        let far = |misfit: f64| known.is_none() || misfit > self.ambiguous_level();
+        if let Some(misfit) = estimate.chi_square
+            && !selected
+            && far(misfit)
             && estimate.leads_to == Some(self.judgement.chosen)
             && estimate.kind == RootKind::Real
         {
@@ -463,7 +467,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
         if let Some((i, j)) = coincident {
             warn(
                 "coincident-touches",
-                format!("touches {} and {} are the same point; they count as two observations", i + 1, j + 1),
+                format!("touches {i} and {j} are the same point; they count as two observations"),
             );
         }
         warnings

@@ -23,7 +23,7 @@ pub struct Observability {
     pub weakest: Motion,
 }
 
-/// A motion of the fixture, in numbers and in words.
+/// A motion of the fixture, or of one of its surfaces where the words say so, in numbers and in words.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     /// Along the **parent's** axes, about the point [`about`](Self::about).
@@ -45,12 +45,13 @@ impl Motion {
         Self { twist: in_parent, about: frame.origin, words: in_words(fixture, frame, twist) }
     }
 
-    /// A turn about the line through `point` along `direction` (parent), which is `name`.
+    /// A turn of one surface by itself, before any frame is known: about the line through `point` along `direction`
+    /// (parent), of which `which` is told.
     #[must_use]
-    pub fn rotation_about(point: &Point3<f64>, direction: &Vector3<f64>, name: &str) -> Self {
+    pub fn rotation_of(surface: &str, point: &Point3<f64>, direction: &Vector3<f64>, which: &str) -> Self {
         let twist = Twist { translation: Vector3::zeros(), rotation: *direction };
         let line = line_in_words(point, direction);
-        Self { twist, about: *point, words: format!("rotation about {line}: {name}") }
+        Self { twist, about: *point, words: format!("rotation of `{surface}` about {line}, which {which}") }
     }
 }
 

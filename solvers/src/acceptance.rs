@@ -30,7 +30,7 @@ const RISE: [f64; 2] = [0.55, 3.0];
 /// Minima nearer than this (standard deviations) are one.
 const SAME: f64 = 0.01;
 /// Minima nearer than this part of the fixture's size are one, whatever the noise: ends of descents.
-const SAME_PLACE: f64 = 1e-7;
+pub(crate) const SAME_PLACE: f64 = 1e-7;
 /// Sine of the angle by which an approach may point out of its surface: a grazing touch.
 const APPROACH_SLACK: f64 = 0.087;
 /// A motion whose standard deviation exceeds this part of the fixture's size (radians, for a turn) is as good as free.

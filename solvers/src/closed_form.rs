@@ -4,8 +4,8 @@
 //! `cylinder-plane`); what is known of these dimensions serves only to choose among the roots, and to refuse when two
 //! roots fit or none does. `least-squares` instead lets the known dimensions take part in the estimate.
 //!
-//! With as many touches as unknowns the frame is the root itself. With more, it is the root after Gauss-Newton steps on
-//! all touches, dimensions free: the one-step estimator, as good as the iterated one to first order.
+//! With as many touches as unknowns the frame is the root itself. With more, it is the least-squares frame of all
+//! touches with these dimensions free, to which the root leads.
 //!
 //! Acceptance is [that of every solver](crate#when-a-frame-is-accepted), on the frames that each candidate leads to
 //! under the known geometry; the root's own curvature, with its dimensions free, must pass, too.
@@ -119,6 +119,8 @@ struct Estimate<const F: usize> {
     state: State,
     root: SquareRoot<F>,
     kind: RootKind,
+    /// Whether it is the root itself, as touches are no more than unknowns.
+    is_root: bool,
     /// Values of the measured dimensions and their covariance.
     measures: DVector<f64>,
     covariance: Option<DMatrix<f64>>,
@@ -131,7 +133,18 @@ struct Estimate<const F: usize> {
 
 impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
     fn settle(self, roots: &[Root]) -> Result<Solution, SolveError> {
-        let estimates: Vec<Estimate<F>> = roots.iter().map(|root| self.estimate(root)).collect();
+        let mut estimates: Vec<Estimate<F>> = Vec::new();
+        let size = self.problem.fixture().size();
+        for estimate in roots.iter().map(|root| self.estimate(root)) {
+            // With more touches than unknowns several roots may lead to one estimate.
+            let known = |other: &Estimate<F>| {
+                let away = other.state.frame.twist_to(&estimate.state.frame);
+                away.translation.norm() / size + away.rotation.norm() < acceptance::SAME_PLACE
+            };
+            if estimate.is_root || !estimates.iter().any(known) {
+                estimates.push(estimate);
+            }
+        }
         self.require_regular(&estimates)?;
         let chosen = self.chosen(&estimates);
         let bounds = self.bounds(chosen.map(|i| &estimates[i]));
@@ -149,19 +162,18 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
     }
 
     fn estimate(&self, root: &Root) -> Estimate<F> {
-        /// Gauss-Newton steps on more touches than unknowns: the second leaves only the third order of the noise.
-        const STEPS: usize = 2;
         let measured = self.closed_form.measured();
         let dimensions = self.problem.fixture().dimensions();
         let mut state = State::at(root.frame);
         for (k, m) in measured.iter().enumerate() {
             state.extras[k] = root.measures[k] - dimensions[*m].value;
         }
-        if self.problem.touches().len() + F - P > F {
-            for _ in 0..STEPS {
-                if let Some(step) = self.free_model.square_root(&state).step() {
-                    state = state.moved(&step);
-                }
+        let is_root = self.problem.touches().len() <= 6 + measured.len();
+        if !is_root {
+            state = descend(&self.free_model, state).state;
+            // The descent is damped to the end; a last step is not.
+            if let Some(step) = self.free_model.square_root(&state).step() {
+                state = state.moved(&step);
             }
         }
         let square_root = self.free_model.square_root(&state);
@@ -184,6 +196,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
             state,
             root: square_root,
             kind: root.kind,
+            is_root,
             covariance,
             chi_square,
             leads_to,

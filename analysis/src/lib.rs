@@ -1,7 +1,7 @@
-//! What touches are worth: simulation of measurements.
-//!
-//! Uncertainty, reliability, planning and drift build on it.
+//! What touches are worth: simulated measurements, and studies of how often a frame is right, refused or wrong.
 
 pub mod simulation;
+pub mod study;
 
 pub use simulation::{Layout, random_frame, random_layout, simulate};
+pub use study::{Study, StudyLayout, StudyOutcome};

@@ -455,19 +455,30 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
                 );
             }
         }
+        let degrees = degrees_of_freedom(self.problem);
+        if !known && (1..5).contains(&degrees) {
+            let plural = if degrees == 1 { "" } else { "s" };
+            warn(
+                "few-degrees-of-freedom",
+                format!(
+                    "the uncertainties rest on residuals with {degrees} degree{plural} of freedom: they may be several \
+                     times too small; state a sigma"
+                ),
+            );
+        }
         if self.judgement.by_near {
             warn(
                 "chosen-by-near",
                 "several frames fit; the expected frame decided for the nearest".to_owned(),
             );
         }
-        if degrees_of_freedom(self.problem) < 3 {
+        if degrees < 3 {
+            let touches = self.problem.touches().len();
             warn(
                 "low-redundancy",
                 format!(
-                    "{} touches are {} more than unknowns: a bad touch may be noticed, but never told which",
-                    self.problem.touches().len(),
-                    degrees_of_freedom(self.problem)
+                    "{touches} touches are {degrees} more than unknowns: a bad touch may be noticed, but never told \
+                     which"
                 ),
             );
         }

@@ -19,7 +19,7 @@ const TIP_RADIUS: f64 = 2.499_782_711_04;
 const ANGLE_DEG: f64 = 39.996;
 /// Radius of the bore as all its touches measure it; the drawing says 15.
 const RADIUS: f64 = 15.0555;
-/// Standard deviation of one touch: the bore's form is within 2 um, the machine and the plane leave the rest.
+/// Standard deviation taken for one touch; the residuals of all touches are 2 um rms.
 const SIGMA: f64 = 0.005;
 
 /// The bore of this radius in an oblique plane.

@@ -223,6 +223,20 @@ fn a_name_that_two_plugins_share_is_an_error_that_names_both() {
 }
 
 #[test]
+fn plugins_are_sorted_whatever_the_order_they_come_in() {
+    static FIRST: FixturePlugin = hand_made("aardvark", "crate_one::aardvark");
+    static LAST: FixturePlugin = hand_made("zebra", "crate_one::zebra");
+    for list in [[&FIRST, &LAST], [&LAST, &FIRST]] {
+        let registry = Registry::linked(&list, &[]).unwrap();
+        let names: Vec<&str> = registry.fixtures().iter().map(|plugin| plugin.name).collect();
+        assert!(
+            names.is_sorted() && names.starts_with(&["aardvark"]) && names.ends_with(&["zebra"]),
+            "{names:?}"
+        );
+    }
+}
+
+#[test]
 fn a_built_in_name_cannot_be_taken() {
     let error = Registry::linked(fixtures::ALL, &[&USURPER]).unwrap_err();
     let RegistryError::Duplicate { kind, name, first, second } = error else { panic!("{error}") };

@@ -2,11 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Matrix6, RowVector6, Vector6};
+use nalgebra::{Matrix6, RowVector6};
 use rayon::prelude::*;
-use touchref_core::{
-    Fixture, Frame, Probe, Problem, Solution, Solver, TouchError, statistics::chi_square_level,
-};
+use touchref_core::{Fixture, Frame, Probe, Problem, Solver, TouchError, statistics::chi_square_level};
 
 use crate::simulation::{Layout, generator, random_frame, random_layout, simulate};
 
@@ -156,8 +154,8 @@ impl Study<'_> {
                 return Ok(());
             }
         };
-        let error = error_of(&solution.frame, &truth);
-        let squared = squared_error(&solution, &error);
+        let error = solution.frame.error_to(&truth);
+        let squared = solution.squared_distance(&truth).unwrap_or(f64::INFINITY);
         outcome.accepted += 1;
         outcome.wrong += u64::from(squared > chi_square_level(WRONG_LEVEL, 6));
         outcome.within_95 += u64::from(squared <= chi_square_level(0.05, 6));
@@ -171,21 +169,6 @@ impl Study<'_> {
         }
         Ok(())
     }
-}
-
-/// The motion from `frame` to `truth`, in the order and along the axes of a covariance (parent).
-#[must_use]
-pub fn error_of(frame: &Frame, truth: &Frame) -> Vector6<f64> {
-    let twist = frame.twist_to(truth);
-    let (t, w) = (frame.rotation * twist.translation, frame.rotation * twist.rotation);
-    Vector6::new(t.x, t.y, t.z, w.x, w.y, w.z)
-}
-
-/// Squared error in the solution's own covariance; infinite where it states none, or none that is positive.
-#[must_use]
-pub fn squared_error(solution: &Solution, error: &Vector6<f64>) -> f64 {
-    let cholesky = solution.covariance.as_ref().and_then(|covariance| covariance.matrix.cholesky());
-    cholesky.map_or(f64::INFINITY, |cholesky| error.dot(&cholesky.solve(error)))
 }
 
 /// The least covariance that any unbiased estimate of the frame can have, its dimensions known; along the fixture's

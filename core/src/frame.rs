@@ -76,6 +76,18 @@ impl Frame {
         Twist { translation: inverse * (other.origin - self.origin), rotation: between.rotation_vector() }
     }
 
+    /// The motion that leads to `other`, in the order and along the axes of a covariance: translation of the origin and
+    /// rotation vector, along the **parent's** axes.
+    #[must_use]
+    pub fn error_to(&self, other: &Self) -> Vector6<f64> {
+        let twist = self.twist_to(other);
+        let along_parent = Twist {
+            translation: self.rotation * twist.translation,
+            rotation: self.rotation * twist.rotation,
+        };
+        along_parent.into()
+    }
+
     /// This frame as seen from another parent, whose pose is `grandparent`.
     #[must_use]
     pub fn seen_from(&self, grandparent: &Self) -> Self {

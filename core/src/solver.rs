@@ -286,6 +286,15 @@ impl Solution {
             warnings: Vec::new(),
         }
     }
+
+    /// Squared distance of another frame from this one, in this one's own covariance: chi-square with six degrees of
+    /// freedom for the true frame. `None` where no covariance is stated, or none that is positive.
+    #[must_use]
+    pub fn squared_distance(&self, other: &Frame) -> Option<f64> {
+        let error = self.frame.error_to(other);
+        let cholesky = self.covariance.as_ref()?.matrix.cholesky()?;
+        Some(error.dot(&cholesky.solve(&error)))
+    }
 }
 
 /// Covariance of a frame.

@@ -169,6 +169,14 @@ pub struct Twist {
     pub rotation: Vector3<f64>,
 }
 
+impl Twist {
+    /// How large the motion is beside something of this size: translation in parts of it, plus rotation in radians.
+    #[must_use]
+    pub fn extent(&self, size: f64) -> f64 {
+        self.translation.norm() / size + self.rotation.norm()
+    }
+}
+
 impl From<Vector6<f64>> for Twist {
     fn from(v: Vector6<f64>) -> Self {
         Self { translation: v.fixed_rows::<3>(0).into(), rotation: v.fixed_rows::<3>(3).into() }

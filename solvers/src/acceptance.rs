@@ -55,7 +55,7 @@ impl<const P: usize> Minimum<P> {
     fn distances(&self, frame: &Frame, size: f64) -> (f64, f64) {
         let twist = self.state.frame.twist_to(frame);
         let whitened = self.root.of_frame() * Vector6::from(twist);
-        (whitened.norm(), twist.translation.norm() / size + twist.rotation.norm())
+        (whitened.norm(), twist.extent(size))
     }
 
     /// Whether a frame of this squared misfit is sure to descend to this minimum: it is within one standard deviation

@@ -138,8 +138,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
         for estimate in roots.iter().map(|root| self.estimate(root)) {
             // With more touches than unknowns several roots may lead to one estimate.
             let known = |other: &Estimate<F>| {
-                let away = other.state.frame.twist_to(&estimate.state.frame);
-                away.translation.norm() / size + away.rotation.norm() < acceptance::SAME_PLACE
+                other.state.frame.twist_to(&estimate.state.frame).extent(size) < acceptance::SAME_PLACE
             };
             if estimate.is_root || !estimates.iter().any(known) {
                 estimates.push(estimate);
@@ -216,10 +215,8 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
         // A singular layout is met exactly at its double root, where the descent under the known geometry only comes
         // near it.
         let best = self.judgement.best().state.frame;
-        let at_best = estimates.iter().filter(|e| {
-            let away = best.twist_to(&e.state.frame);
-            away.translation.norm() / fixture.size() + away.rotation.norm() < NEAR
-        });
+        let at_best =
+            estimates.iter().filter(|e| best.twist_to(&e.state.frame).extent(fixture.size()) < NEAR);
         for estimate in at_best {
             let frame = estimate.state.frame;
             let known = self.model.square_root(&State::at(frame)).of_frame();
@@ -358,8 +355,8 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
                 short(self.ambiguous_level())
             ),
             (false, None) => {
-                let from = chi_square_level(acceptance::AMBIGUOUS, degrees_of_freedom(self.problem));
-                format!("would fit from a sigma of {}", short((chi_square / from).sqrt()))
+                let from = (chi_square / self.ambiguous_level()).sqrt();
+                format!("would fit from a sigma of {}", short(from))
             }
         }
     }

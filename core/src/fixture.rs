@@ -5,7 +5,7 @@ use std::fmt;
 use nalgebra::Point3;
 
 use crate::{
-    Frame, Problem, SolveError, Surface, Touch, TouchError,
+    Frame, Problem, Shape, SolveError, Surface, Touch, TouchError,
     parameters::{Parameters, nearest},
 };
 
@@ -28,14 +28,25 @@ pub trait Fixture: fmt::Debug + Send + Sync {
     /// A length typical of the fixture: radians times this are comparable with lengths on it.
     fn size(&self) -> f64;
 
-    /// Lengths and angles of the fixture that can be measured by touches or be uncertain.
+    /// Lengths and angles of the fixture that can be measured by touches or be uncertain; at most [`MAX_DIMENSIONS`].
     fn dimensions(&self) -> &[Dimension] {
         &[]
     }
 
+    /// The geometry of a surface when the [`dimensions`](Self::dimensions) have these `values` instead of their own.
+    fn shape_with(&self, surface: usize, _values: &[f64]) -> Shape {
+        self.surfaces()[surface].shape.clone()
+    }
+
     /// How fast the signed distance of `at` (fixture coordinates) from a surface grows with a dimension, the frame
-    /// held fixed: length per unit of the dimension.
-    fn dimension_gradient(&self, _dimension: usize, _surface: usize, _at: &Point3<f64>) -> f64 {
+    /// held fixed and the dimensions at `values`: length per unit of the dimension.
+    fn dimension_gradient(
+        &self,
+        _dimension: usize,
+        _surface: usize,
+        _at: &Point3<f64>,
+        _values: &[f64],
+    ) -> f64 {
         0.0
     }
 
@@ -77,6 +88,9 @@ pub trait Fixture: fmt::Debug + Send + Sync {
 }
 
 const _: Option<&dyn Fixture> = None;
+
+/// The most dimensions of a fixture.
+pub const MAX_DIMENSIONS: usize = 8;
 
 /// A length or an angle of a fixture.
 #[derive(Debug, Clone, Copy, PartialEq)]

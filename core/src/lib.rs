@@ -17,7 +17,9 @@ pub mod surface;
 pub mod touch;
 
 pub use error::{Degenerate, Refusal, SolveError, TouchError};
-pub use fixture::{ClosedForm, Dimension, Fixture, MAX_MEASURES, Quantity, Requirement, Root, RootKind};
+pub use fixture::{
+    ClosedForm, Dimension, Fixture, MAX_DIMENSIONS, MAX_MEASURES, Quantity, Requirement, Root, RootKind,
+};
 pub use frame::{Frame, Twist};
 pub use observability::{Motion, Observability, RANK_TOLERANCE};
 pub use parameters::{ParameterError, ParameterKind, ParameterSpec, Parameters, Value};

@@ -4,7 +4,9 @@ use std::fmt;
 
 use nalgebra::{Matrix6, Point3, Vector3};
 
-use crate::{Fixture, Frame, Noise, Observability, Probe, Proximity, SolveError, Surface, Touch, TouchError};
+use crate::{
+    Fixture, Frame, Noise, Observability, Probe, Proximity, Shape, SolveError, Surface, Touch, TouchError,
+};
 
 /// A way to find the frame. Object safe.
 pub trait Solver: fmt::Debug + Send + Sync {
@@ -115,9 +117,16 @@ impl<'a> Problem<'a> {
     #[must_use]
     #[inline]
     pub fn contact(&self, frame: &Frame, index: usize) -> Contact {
+        self.contact_with(frame, index, &self.surfaces[self.touches[index].surface].shape)
+    }
+
+    /// The same, its surface having another geometry than the fixture's nominal one.
+    #[must_use]
+    #[inline]
+    pub fn contact_with(&self, frame: &Frame, index: usize, shape: &Shape) -> Contact {
         let touch = &self.touches[index];
         let at = frame.to_fixture(&touch.at);
-        let Proximity { distance, normal } = self.surfaces[touch.surface].seen_from(&at);
+        let Proximity { distance, normal } = shape.seen_from(&at);
         let sigma = match touch.noise {
             Noise::OfProbe => self.probe.sigma.unwrap_or(1.0),
             Noise::Sigma(sigma) => sigma,

@@ -50,6 +50,57 @@ pub enum Shape {
     },
 }
 
+impl Shape {
+    /// The surface seen from `p` (fixture coordinates).
+    ///
+    /// On an axis or a centre, where no normal is defined, an arbitrary one of the possible normals is given.
+    #[must_use]
+    #[inline]
+    pub fn seen_from(&self, p: &Point3<f64>) -> Proximity {
+        match self {
+            Shape::Plane { point, normal } => {
+                Proximity { distance: normal.dot(&(p - point)), normal: **normal }
+            }
+            Shape::Cylinder { point, axis, radius, bore } => {
+                let (_, rho, out) = about_axis(&(p - point), axis);
+                sided(rho - radius, out, *bore)
+            }
+            Shape::Sphere { center, radius, bore } => {
+                let (rho, out) = length_and_direction(&(p - center), &Vector3::z_axis());
+                sided(rho - radius, out, *bore)
+            }
+            Shape::Cone { apex, axis, half_angle, bore } => {
+                let (height, rho, out) = about_axis(&(p - apex), axis);
+                let (sin, cos) = half_angle.sin_cos();
+                sided(rho * cos - height * sin, out * cos - **axis * sin, *bore)
+            }
+        }
+    }
+
+    /// The second derivative of the signed distance at `p` (fixture coordinates), one over length.
+    ///
+    /// Undefined, and given as if at a distance of the smallest positive number, on an axis or a centre.
+    #[must_use]
+    pub fn curvature_at(&self, p: &Point3<f64>) -> Matrix3<f64> {
+        let around = |axis: &Unit<Vector3<f64>>, q: Vector3<f64>| {
+            let (_, rho, out) = about_axis(&q, axis);
+            let tangent = axis.cross(&out);
+            tangent * tangent.transpose() / rho.max(f64::MIN_POSITIVE)
+        };
+        let (curvature, bore) = match self {
+            Shape::Plane { .. } => return Matrix3::zeros(),
+            Shape::Cylinder { point, axis, bore, .. } => (around(axis, p - point), bore),
+            Shape::Sphere { center, bore, .. } => {
+                let (rho, out) = length_and_direction(&(p - center), &Vector3::z_axis());
+                let tangents = Matrix3::identity() - out * out.transpose();
+                (tangents / rho.max(f64::MIN_POSITIVE), bore)
+            }
+            Shape::Cone { apex, axis, half_angle, bore } => (around(axis, p - apex) * half_angle.cos(), bore),
+        };
+        if *bore { -curvature } else { curvature }
+    }
+}
+
 /// The part of a surface that a probe can reach; used to simulate and to plan, never to solve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -102,53 +153,11 @@ impl Surface {
         Self { name: name.into(), shape, extent }
     }
 
-    /// The surface seen from `p` (fixture coordinates).
-    ///
-    /// On an axis or a centre, where no normal is defined, an arbitrary one of the possible normals is given.
+    /// The surface seen from `p` (fixture coordinates): [`Shape::seen_from`].
     #[must_use]
     #[inline]
     pub fn seen_from(&self, p: &Point3<f64>) -> Proximity {
-        match &self.shape {
-            Shape::Plane { point, normal } => {
-                Proximity { distance: normal.dot(&(p - point)), normal: **normal }
-            }
-            Shape::Cylinder { point, axis, radius, bore } => {
-                let (_, rho, out) = about_axis(&(p - point), axis);
-                sided(rho - radius, out, *bore)
-            }
-            Shape::Sphere { center, radius, bore } => {
-                let (rho, out) = length_and_direction(&(p - center), &Vector3::z_axis());
-                sided(rho - radius, out, *bore)
-            }
-            Shape::Cone { apex, axis, half_angle, bore } => {
-                let (height, rho, out) = about_axis(&(p - apex), axis);
-                let (sin, cos) = half_angle.sin_cos();
-                sided(rho * cos - height * sin, out * cos - **axis * sin, *bore)
-            }
-        }
-    }
-
-    /// The second derivative of the signed distance at `p` (fixture coordinates), one over length.
-    ///
-    /// Undefined, and given as if at a distance of the smallest positive number, on an axis or a centre.
-    #[must_use]
-    pub fn curvature_at(&self, p: &Point3<f64>) -> Matrix3<f64> {
-        let around = |axis: &Unit<Vector3<f64>>, q: Vector3<f64>| {
-            let (_, rho, out) = about_axis(&q, axis);
-            let tangent = axis.cross(&out);
-            tangent * tangent.transpose() / rho.max(f64::MIN_POSITIVE)
-        };
-        let (curvature, bore) = match &self.shape {
-            Shape::Plane { .. } => return Matrix3::zeros(),
-            Shape::Cylinder { point, axis, bore, .. } => (around(axis, p - point), bore),
-            Shape::Sphere { center, bore, .. } => {
-                let (rho, out) = length_and_direction(&(p - center), &Vector3::z_axis());
-                let tangents = Matrix3::identity() - out * out.transpose();
-                (tangents / rho.max(f64::MIN_POSITIVE), bore)
-            }
-            Shape::Cone { apex, axis, half_angle, bore } => (around(axis, p - apex) * half_angle.cos(), bore),
-        };
-        if *bore { -curvature } else { curvature }
+        self.shape.seen_from(p)
     }
 
     /// A point of the reachable part of the surface (fixture coordinates) for `(u, v)` in the unit square;
@@ -276,7 +285,7 @@ mod tests {
                 let slope = (up.distance - down.distance) / (2.0 * STEP);
                 assert!((slope - here.normal[axis]).abs() < TOLERANCE, "{}", surface.name);
                 let bending = (up.normal - down.normal) / (2.0 * STEP);
-                let hessian = surface.curvature_at(&p);
+                let hessian = surface.shape.curvature_at(&p);
                 assert!((bending - hessian.column(axis)).norm() < TOLERANCE, "{}", surface.name);
             }
         }

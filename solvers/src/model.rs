@@ -5,8 +5,8 @@
 //! tip radius first, then the frame's twist along the fixture's axes. In a triangular square root of the information
 //! the last six rows and columns are then that of the frame alone, the extras marginalised.
 
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, Point3, SMatrix, Vector3, Vector6};
-use touchref_core::{Contact, Frame, Problem, Twist};
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, SMatrix, Vector3, Vector6};
+use touchref_core::{Contact, Frame, MAX_DIMENSIONS, Noise, Problem, Shape, Twist};
 
 /// An unknown besides the frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,8 +23,8 @@ pub(crate) enum Quantity {
     TipRadius,
 }
 
-/// The most extras at once.
-pub(crate) const MAX_EXTRAS: usize = 6;
+/// The most extras at once: six dimensions and the tip radius.
+pub(crate) const MAX_EXTRAS: usize = 7;
 
 /// A frame and the extras' deviations from their nominal values.
 #[derive(Debug, Clone, Copy)]
@@ -56,6 +56,8 @@ impl State {
 pub(crate) struct Model<'a, const P: usize> {
     pub(crate) problem: &'a Problem<'a>,
     extras: &'a [Extra],
+    /// Nominal values of the fixture's dimensions, where some of them are unknowns.
+    nominal: Option<[f64; MAX_DIMENSIONS]>,
 }
 
 /// One whitened observation: residual and gradient over standard deviation.
@@ -75,36 +77,58 @@ impl<'a, const P: usize> Model<'a, P> {
     /// `extras` must be `P - 6`, at most [`MAX_EXTRAS`].
     pub(crate) fn new(problem: &'a Problem<'a>, extras: &'a [Extra]) -> Self {
         debug_assert_eq!(extras.len() + 6, P);
-        Self { problem, extras }
-    }
-
-    /// Residual of a touch as a length, extras counted in.
-    #[inline]
-    fn length(&self, state: &State, index: usize, contact: &Contact) -> f64 {
-        let mut length = contact.residual;
-        for (extra, value) in self.extras.iter().zip(&state.extras) {
-            length += self.extra_gradient(extra, index, &contact.at) * value;
-        }
-        length
-    }
-
-    #[inline]
-    fn extra_gradient(&self, extra: &Extra, index: usize, at: &Point3<f64>) -> f64 {
-        match extra.what {
-            Quantity::Dimension(dimension) => {
-                let surface = self.problem.touches()[index].surface;
-                self.problem.fixture().dimension_gradient(dimension, surface, at)
+        let varies = extras.iter().any(|extra| matches!(extra.what, Quantity::Dimension(_)));
+        let nominal = varies.then(|| {
+            let mut values = [0.0; MAX_DIMENSIONS];
+            for (value, dimension) in values.iter_mut().zip(problem.fixture().dimensions()) {
+                *value = dimension.value;
             }
-            Quantity::TipRadius => -1.0,
+            values
+        });
+        Self { problem, extras, nominal }
+    }
+
+    /// Values of the fixture's dimensions in a state, where some of them are unknowns.
+    #[inline]
+    fn dimensions(&self, state: &State) -> Option<[f64; MAX_DIMENSIONS]> {
+        let mut values = self.nominal?;
+        for (extra, deviation) in self.extras.iter().zip(&state.extras) {
+            if let Quantity::Dimension(dimension) = extra.what {
+                values[dimension] += deviation;
+            }
         }
+        Some(values)
+    }
+
+    /// The geometry of a touch's surface, where dimensions have these values instead of their nominal ones.
+    fn shape(&self, index: usize, values: Option<&[f64]>) -> Shape {
+        let (fixture, surface) = (self.problem.fixture(), self.problem.touches()[index].surface);
+        match values {
+            Some(values) => fixture.shape_with(surface, values),
+            None => fixture.surfaces()[surface].shape.clone(),
+        }
+    }
+
+    /// A touch as the fixture of the state sees it, uncertain dimensions and tip counted in.
+    #[inline]
+    fn contact(&self, state: &State, index: usize) -> Contact {
+        let mut contact = match self.dimensions(state) {
+            None => self.problem.contact(&state.frame, index),
+            Some(values) => self.problem.contact_with(&state.frame, index, &self.shape(index, Some(&values))),
+        };
+        for (extra, deviation) in self.extras.iter().zip(&state.extras) {
+            if extra.what == Quantity::TipRadius {
+                contact.residual -= deviation;
+            }
+        }
+        contact
     }
 
     /// Residual of a touch as a length and in standard deviations.
     #[inline]
     pub(crate) fn residual(&self, state: &State, index: usize) -> (f64, f64) {
-        let contact = self.problem.contact(&state.frame, index);
-        let length = self.length(state, index, &contact);
-        (length, length / contact.sigma)
+        let contact = self.contact(state, index);
+        (contact.residual, contact.residual / contact.sigma)
     }
 
     /// The outward normal at a touch, in the parent.
@@ -114,16 +138,73 @@ impl<'a, const P: usize> Model<'a, P> {
 
     #[inline]
     fn row(&self, state: &State, index: usize) -> Row<P> {
-        let contact = self.problem.contact(&state.frame, index);
+        let contact = self.contact(state, index);
         let weight = 1.0 / contact.sigma;
         let mut gradient = [0.0; P];
+        if let Some(values) = self.dimensions(state) {
+            let surface = self.problem.touches()[index].surface;
+            for (slot, extra) in gradient.iter_mut().zip(self.extras) {
+                if let Quantity::Dimension(dimension) = extra.what {
+                    let fixture = self.problem.fixture();
+                    *slot = fixture.dimension_gradient(dimension, surface, &contact.at, &values) * weight;
+                }
+            }
+        }
         for (slot, extra) in gradient.iter_mut().zip(self.extras) {
-            *slot = self.extra_gradient(extra, index, &contact.at) * weight;
+            if extra.what == Quantity::TipRadius {
+                *slot = -weight;
+            }
         }
         for (slot, slope) in gradient[P - 6..].iter_mut().zip(contact.gradient()) {
             *slot = slope * weight;
         }
-        Row { residual: self.length(state, index, &contact) * weight, gradient }
+        let mut row = Row { residual: contact.residual * weight, gradient };
+        if let Noise::Covariance(covariance) = &self.problem.touches()[index].noise {
+            self.let_sigma_vary(&mut row, state, index, &contact, covariance);
+        }
+        row
+    }
+
+    /// A touch with a covariance is as sure as that says along the normal, so its sigma turns with the frame: the
+    /// whitened residual `d / s` grows by `dd / s - d ds / s^2`.
+    #[cold]
+    fn let_sigma_vary(
+        &self,
+        row: &mut Row<P>,
+        state: &State,
+        index: usize,
+        contact: &Contact,
+        covariance: &Matrix3<f64>,
+    ) {
+        /// Of the central difference over a dimension, in parts of its nominal value.
+        const STEP: f64 = 1e-6;
+        let Contact { at, normal, sigma, .. } = *contact;
+        let rotation = state.frame.rotation.matrix();
+        let (p, values) = (at.coords, self.dimensions(state));
+        let shape = self.shape(index, values.as_ref().map(<[f64; MAX_DIMENSIONS]>::as_slice));
+        // With k = C m along the fixture's axes, s ds = k . dm. A twist (v, w) turns the normal by w x n and moves p, seen
+        // from the fixture, by -v - w x p.
+        let k = rotation.tr_mul(&(covariance * (rotation * normal)));
+        let bent = shape.curvature_at(&at) * k;
+        let turn = normal.cross(&k) - p.cross(&bent);
+        let by_twist = [-bent.x, -bent.y, -bent.z, turn.x, turn.y, turn.z];
+        let scale = -row.residual / (sigma * sigma);
+        for (slot, slope) in row.gradient[P - 6..].iter_mut().zip(by_twist) {
+            *slot += scale * slope;
+        }
+        let Some(values) = values else { return };
+        for (slot, extra) in row.gradient.iter_mut().zip(self.extras) {
+            if let Quantity::Dimension(dimension) = extra.what {
+                let step = STEP * values[dimension];
+                let normal_with = |by: f64| {
+                    let mut values = values;
+                    values[dimension] += by;
+                    self.shape(index, Some(&values)).seen_from(&at).normal
+                };
+                let turned = (normal_with(step) - normal_with(-step)) / (2.0 * step);
+                *slot += scale * k.dot(&turned);
+            }
+        }
     }
 
     /// What the extras' stated uncertainties add: each prior is an observation.
@@ -176,10 +257,10 @@ impl<'a, const P: usize> Model<'a, P> {
         root
     }
 
-    /// Second derivative of a touch's residual (in standard deviations) over the frame's twist; extras enter
-    /// linearly.
+    /// Second derivative of a touch's residual (in standard deviations) over the frame's twist; extras are taken to
+    /// enter linearly, and sigmas not to turn with the frame.
     fn hessian(&self, state: &State, index: usize) -> Matrix6<f64> {
-        let Contact { at, normal: n, sigma, .. } = self.problem.contact(&state.frame, index);
+        let Contact { at, normal: n, sigma, .. } = self.contact(state, index);
         let p = at.coords;
         let mut h = Matrix6::zeros();
         // A twist (v, w) moves p to exp(-w) (p - v): to second order by w x v + w x (w x p) / 2.
@@ -189,12 +270,12 @@ impl<'a, const P: usize> Model<'a, P> {
         let turning = (n * p.transpose() + p * n.transpose()) * 0.5 - Matrix3::identity() * n.dot(&p);
         h.fixed_view_mut::<3, 3>(3, 3).copy_from(&turning);
         // To first order p moves by -v - w x p = M (v, w), M = -[1, -[p]x].
-        let touch = &self.problem.touches()[index];
         let mut moves = Matrix3x6::zeros();
         moves.fixed_view_mut::<3, 3>(0, 0).copy_from(&-Matrix3::identity());
         moves.fixed_view_mut::<3, 3>(0, 3).copy_from(&p.cross_matrix());
-        let surface = &self.problem.fixture().surfaces()[touch.surface];
-        h += moves.transpose() * surface.curvature_at(&at) * moves;
+        let values = self.dimensions(state);
+        let shape = self.shape(index, values.as_ref().map(<[f64; MAX_DIMENSIONS]>::as_slice));
+        h += moves.transpose() * shape.curvature_at(&at) * moves;
         h / sigma
     }
 
@@ -319,6 +400,10 @@ macro_rules! with_unknowns {
                 const $unknowns: usize = 12;
                 $body
             }
+            7 => {
+                const $unknowns: usize = 13;
+                $body
+            }
             more => Err(touchref_core::SolveError::Unsupported {
                 solver: "closed-form",
                 reason: format!("{more} uncertain dimensions are more than {}", $crate::model::MAX_EXTRAS),
@@ -330,19 +415,21 @@ pub(crate) use with_unknowns;
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Matrix6, Point3, Unit, Vector6};
+    use nalgebra::{Matrix3, Matrix6, Point3, Unit, Vector6};
     use touchref_core::{
-        Extent, Fixture, Frame, Parameters, Probe, Problem, Requirement, Shape, Surface, Touch, Twist,
+        Dimension, Extent, Fixture, Frame, Noise, Parameters, Probe, Problem, Requirement, Shape, Surface,
+        Touch, Twist,
     };
 
     use super::{Extra, Model, Quantity, State};
 
-    /// A cylinder, a cone, a sphere and a plane, with one made-up dimension.
+    /// A cylinder, a cone, a sphere and a plane; the one dimension is the cone's half-angle.
     #[derive(Debug)]
     struct Everything {
         parameters: Parameters,
         surfaces: Vec<Surface>,
         requirement: Requirement,
+        dimensions: [Dimension; 1],
     }
 
     impl Everything {
@@ -357,7 +444,17 @@ mod tests {
                 Shape::Plane { point, normal: nalgebra::Vector3::x_axis() },
             ];
             let surfaces = shapes.map(|shape| Surface::new("s", shape, extent)).to_vec();
-            Self { parameters: Parameters::new(), surfaces, requirement: Requirement::counts(&[0; 4]) }
+            Self {
+                parameters: Parameters::new(),
+                surfaces,
+                requirement: Requirement::counts(&[0; 4]),
+                dimensions: [Dimension {
+                    name: "half_angle",
+                    value: 0.4,
+                    u: 0.2,
+                    quantity: touchref_core::Quantity::Angle,
+                }],
+            }
         }
     }
 
@@ -377,8 +474,22 @@ mod tests {
         fn size(&self) -> f64 {
             4.0
         }
-        fn dimension_gradient(&self, _: usize, surface: usize, _: &Point3<f64>) -> f64 {
-            if surface == 0 { -1.0 } else { 0.0 }
+        fn dimensions(&self) -> &[Dimension] {
+            &self.dimensions
+        }
+        fn shape_with(&self, surface: usize, values: &[f64]) -> Shape {
+            match self.surfaces[surface].shape {
+                Shape::Cone { apex, axis, bore, .. } => {
+                    Shape::Cone { apex, axis, half_angle: values[0], bore }
+                }
+                ref other => other.clone(),
+            }
+        }
+        fn dimension_gradient(&self, _: usize, surface: usize, at: &Point3<f64>, values: &[f64]) -> f64 {
+            let Shape::Cone { apex, axis, .. } = self.surfaces[surface].shape else { return 0.0 };
+            let height = axis.dot(&(at - apex));
+            let rho = (at - apex - *axis * height).norm();
+            rho * values[0].sin() + height * values[0].cos()
         }
         fn nominal_layout(&self) -> Vec<(usize, Point3<f64>)> {
             Vec::new()
@@ -390,15 +501,33 @@ mod tests {
             let k = f64::from(k);
             Point3::new(9.0 * (1.3 * k).sin(), 8.0 * (2.1 * k).cos(), 5.0 + 6.0 * (0.7 * k).sin())
         });
-        places.enumerate().map(|(k, at)| Touch::new(k % 4, at)).collect()
+        places
+            .enumerate()
+            .map(|(k, at)| {
+                let touch = Touch::new(k % 4, at);
+                // One of each surface is surer along some directions than along others.
+                let unsure = Matrix3::new(0.09, 0.02, 0.0, 0.02, 0.4, -0.03, 0.0, -0.03, 0.2);
+                if k < 4 { touch.with_covariance(unsure) } else { touch }
+            })
+            .collect()
+    }
+
+    /// Touches that are as sure in every direction.
+    fn plain_touches() -> Vec<Touch> {
+        touches().into_iter().map(|touch| Touch { noise: Noise::OfProbe, ..touch }).collect()
     }
 
     fn state() -> State {
         let frame = Frame::from_quaternion_xyzw(Point3::new(0.4, -0.3, 0.8), [0.1, -0.2, 0.3, 0.9]).unwrap();
-        State::at(frame)
+        let mut state = State::at(frame);
+        (state.extras[0], state.extras[1]) = (0.05, -0.02);
+        state
     }
 
-    const EXTRAS: [Extra; 1] = [Extra { what: Quantity::Dimension(0), prior: Some(0.2) }];
+    const EXTRAS: [Extra; 2] = [
+        Extra { what: Quantity::Dimension(0), prior: Some(0.2) },
+        Extra { what: Quantity::TipRadius, prior: Some(0.1) },
+    ];
     /// Central differences of step 1e-5: truncation 1e-10 of third derivatives below 10, rounding 1e-15 / step.
     const STEP: f64 = 1e-5;
     const TOLERANCE: f64 = 1e-7;
@@ -408,11 +537,11 @@ mod tests {
         let (fixture, touches) = (Everything::new(), touches());
         let probe = Probe { tip_radius: 0.5, tip_radius_u: 0.0, sigma: Some(0.3) };
         let problem = Problem::new(&fixture, &touches, probe).unwrap();
-        let model = Model::<7>::new(&problem, &EXTRAS);
+        let model = Model::<8>::new(&problem, &EXTRAS);
         for index in 0..touches.len() {
             let row = model.row(&state(), index);
-            for k in 0..7 {
-                let mut step = [0.0; 7];
+            for k in 0..8 {
+                let mut step = [0.0; 8];
                 step[k] = STEP;
                 let up = model.residual(&state().moved(&step), index).1;
                 let down = model.residual(&state().moved(&step.map(|s| -s)), index).1;
@@ -426,7 +555,7 @@ mod tests {
         /// Second differences of step 1e-4: rounding 1e-15 / step^2.
         const STEP: f64 = 1e-4;
         const TOLERANCE: f64 = 1e-6;
-        let (fixture, touches) = (Everything::new(), touches());
+        let (fixture, touches) = (Everything::new(), plain_touches());
         let probe = Probe { tip_radius: 0.5, tip_radius_u: 0.0, sigma: Some(0.3) };
         let problem = Problem::new(&fixture, &touches, probe).unwrap();
         let model = Model::<6>::new(&problem, &[]);
@@ -449,11 +578,11 @@ mod tests {
         let (fixture, touches) = (Everything::new(), touches());
         let probe = Probe { tip_radius: 0.5, tip_radius_u: 0.0, sigma: Some(0.3) };
         let problem = Problem::new(&fixture, &touches, probe).unwrap();
-        let model = Model::<7>::new(&problem, &EXTRAS);
+        let model = Model::<8>::new(&problem, &EXTRAS);
         let (root, normal) = (model.square_root(&state()), model.normal_equations(&state()));
-        for i in 0..7 {
+        for i in 0..8 {
             for j in 0..=i {
-                let product: f64 = (0..7).map(|k| root.r[k][i] * root.r[k][j]).sum();
+                let product: f64 = (0..8).map(|k| root.r[k][i] * root.r[k][j]).sum();
                 assert!((product - normal.matrix[i][j]).abs() < 1e-12 * normal.matrix[i][i].abs().max(1.0));
             }
         }
@@ -462,8 +591,8 @@ mod tests {
         assert!((taken + root.left_over - normal.chi_square).abs() < 1e-10 * normal.chi_square);
         // The step solves the normal equations.
         let step = root.step().unwrap();
-        for i in 0..7 {
-            let product: f64 = (0..7)
+        for i in 0..8 {
+            let product: f64 = (0..8)
                 .map(|j| if j <= i { normal.matrix[i][j] } else { normal.matrix[j][i] } * step[j])
                 .sum();
             assert!(

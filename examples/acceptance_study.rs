@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let registry = touchref::registry()?;
     let parameters = Parameters::new().with("radius", 20.0).with("angle_deg", 45.0);
     let fixture = registry.fixture("cylinder-plane")?.build(&parameters)?;
-    let solver = registry.solver("closed-form")?.build(&Parameters::new())?;
+    let solver = registry.solver("least-squares")?.build(&Parameters::new())?;
     let study = Study {
         fixture: &*fixture,
         solver: &*solver,

@@ -25,8 +25,8 @@ pub use observability::{Motion, Observability, RANK_TOLERANCE};
 pub use parameters::{ParameterError, ParameterKind, ParameterSpec, Parameters, Value};
 pub use registry::{FixtureEntry, FixturePlugin, Plugin, Registry, RegistryError, SolverEntry, SolverPlugin};
 pub use solver::{
-    Contact, Covariance, Limit, Measure, Problem, Residual, RootReport, SecondMinimum, SigmaSource, Solution,
-    Solver, Trust, Warning,
+    Adjustment, Contact, Covariance, Iteration, Limit, Measure, Problem, Residual, RootReport, SecondMinimum,
+    SigmaSource, Solution, Solver, Trust, Warning,
 };
 pub use surface::{Extent, Proximity, Shape, Surface};
 pub use touch::{Noise, Probe, Touch};

@@ -74,11 +74,22 @@ impl Observability {
     /// fixture's axes about its origin.
     #[must_use]
     pub fn from_square_root(fixture: &dyn Fixture, frame: &Frame, r: &Matrix6<f64>) -> Self {
-        let (singular, twist) = weakest_motion(r, fixture.size());
+        let (singular_values, twist) = weakest_motion(r, fixture.size());
+        Self::from_singular_values(fixture, frame, &singular_values, &twist)
+    }
+
+    /// From what [`weakest_motion`] tells.
+    #[must_use]
+    pub fn from_singular_values(
+        fixture: &dyn Fixture,
+        frame: &Frame,
+        singular: &Vector6<f64>,
+        twist: &Twist,
+    ) -> Self {
         let (largest, smallest) = (singular.max(), singular.min());
         let rank = singular.iter().filter(|s| **s > RANK_TOLERANCE * largest).count();
         let condition = if smallest > 0.0 { largest / smallest } else { f64::INFINITY };
-        let weakest = Motion::of_fixture(fixture, frame, &twist);
+        let weakest = Motion::of_fixture(fixture, frame, twist);
         Self { rank, condition, weakest }
     }
 }

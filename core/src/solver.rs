@@ -115,14 +115,14 @@ impl<'a> Problem<'a> {
 
     /// One touch as the fixture sees it when it stands at `frame`.
     #[must_use]
-    #[inline]
+    #[inline(always)] // Of every evaluation of every solver.
     pub fn contact(&self, frame: &Frame, index: usize) -> Contact {
         self.contact_with(frame, index, &self.surfaces[self.touches[index].surface].shape)
     }
 
     /// The same, its surface having another geometry than the fixture's nominal one.
     #[must_use]
-    #[inline]
+    #[inline(always)] // Of every evaluation of every solver.
     pub fn contact_with(&self, frame: &Frame, index: usize, shape: &Shape) -> Contact {
         let touch = &self.touches[index];
         let at = frame.to_fixture(&touch.at);
@@ -260,6 +260,10 @@ pub struct Solution {
     pub p_value: Option<f64>,
     /// Every root of the closed form, and why all but one are out.
     pub roots: Vec<RootReport>,
+    /// Uncertain dimensions and tip radius that were unknowns beside the frame.
+    pub adjustments: Vec<Adjustment>,
+    /// How the iteration ended, where there was one.
+    pub iteration: Option<Iteration>,
     /// The margin within which the frame stands.
     pub trust: Trust,
     /// What the touches see at the frame.
@@ -290,6 +294,8 @@ impl Solution {
             degrees_of_freedom: 0,
             p_value: None,
             roots: Vec::new(),
+            adjustments: Vec::new(),
+            iteration: None,
             trust,
             observability,
             warnings: Vec::new(),
@@ -370,6 +376,38 @@ pub struct Measure {
     pub value: f64,
     /// Its standard uncertainty; `None` where no sigma is stated.
     pub u: Option<f64>,
+}
+
+/// An uncertain quantity that was an unknown beside the frame: what was known of it, and what the touches made of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Adjustment {
+    /// Name of the dimension, or `tip_radius`.
+    pub name: &'static str,
+    /// Its nominal value: a length, or degrees.
+    pub nominal: f64,
+    /// Standard uncertainty of that.
+    pub nominal_u: f64,
+    /// Its estimate.
+    pub value: f64,
+    /// Standard uncertainty of that.
+    pub u: f64,
+}
+
+impl Adjustment {
+    /// How far it moved, in standard uncertainties of the nominal value.
+    #[must_use]
+    pub fn moved(&self) -> f64 {
+        (self.value - self.nominal) / self.nominal_u
+    }
+}
+
+/// How an iteration ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Iteration {
+    /// Steps made.
+    pub steps: usize,
+    /// The criterion that ended it: `gradient`, `step` or `cost`.
+    pub stopped_by: &'static str,
 }
 
 /// The margin within which a frame stands.

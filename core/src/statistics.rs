@@ -1,6 +1,42 @@
 //! The chi-square distribution: p-values and levels.
 
+use std::sync::OnceLock;
+
 use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// Chi-square levels of one chance, kept for up to [`Level::KEPT`] degrees of freedom: a solve asks for them often.
+#[derive(Debug)]
+pub struct Level {
+    chance: f64,
+    table: OnceLock<[f64; Self::KEPT]>,
+}
+
+impl Level {
+    const KEPT: usize = 65;
+
+    /// Of this chance.
+    #[must_use]
+    pub const fn new(chance: f64) -> Self {
+        Self { chance, table: OnceLock::new() }
+    }
+
+    /// The chance.
+    #[must_use]
+    pub fn chance(&self) -> f64 {
+        self.chance
+    }
+
+    /// [`chi_square_level`] with these degrees of freedom.
+    #[must_use]
+    pub fn value(&self, degrees_of_freedom: usize) -> f64 {
+        let table =
+            self.table.get_or_init(|| std::array::from_fn(|degrees| chi_square_level(self.chance, degrees)));
+        match table.get(degrees_of_freedom) {
+            Some(value) => *value,
+            None => chi_square_level(self.chance, degrees_of_freedom),
+        }
+    }
+}
 
 /// Chance that a chi-square variable with `degrees_of_freedom` exceeds `value`; `None` without degrees of freedom.
 #[must_use]

@@ -4,22 +4,25 @@
 //! the problem's sigmas at which each gives way: the frame stands between [`Bounds::from`] and the least of the
 //! others. The same bounds decide at a stated noise (factor one) and answer conditionally where none is stated.
 
-use nalgebra::Vector6;
+use nalgebra::{Matrix6, Vector6};
 use touchref_core::{
-    Frame, Limit, Observability, Problem, Refusal, RootReport, SecondMinimum, SolveError, Trust,
-    error::Degenerate, observability::weakest_motion, statistics::chi_square_level,
+    Covariance, Frame, Limit, Observability, Problem, Refusal, Residual, RootReport, SecondMinimum,
+    SigmaSource, Solution, SolveError, Trust, Twist, Warning,
+    error::Degenerate,
+    observability::weakest_motion,
+    statistics::{Level, chi_square_p_value},
 };
 
 use crate::{
     levenberg_marquardt::descend_unless,
-    model::{Model, SquareRoot, State},
+    model::{Model, SquareRoot, Unknowns},
     words::short,
 };
 
 /// Chance at which a true frame is called inconsistent.
-pub(crate) const INCONSISTENT: f64 = 1e-3;
+pub(crate) static INCONSISTENT: Level = Level::new(1e-3);
 /// Chance that the true frame lies in a minimum above the level at which a second one counts as ambiguous.
-pub(crate) const AMBIGUOUS: f64 = 1e-6;
+pub(crate) static AMBIGUOUS: Level = Level::new(1e-6);
 /// Relative curvature from which first-order uncertainty is not trusted. At 0.3 a true error beyond the 1e-9 level
 /// needs a noise draw of 5.3 standard deviations along the worst direction.
 const CURVATURE: f64 = 0.3;
@@ -40,10 +43,25 @@ const WEAK: f64 = 100.0;
 /// An expected frame decides between two when it is this many times nearer to one.
 const NEARER: f64 = 2.0;
 
+/// How far beyond the stated noise other frames are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Margin {
+    /// Up to twice the stated noise at least, and as far beyond as the same search proves.
+    #[default]
+    Near,
+    /// As far as the frame stands: many times the stated noise where the layout is good, and many times the work.
+    Full,
+}
+
+/// Of the search for a near margin, in stated sigmas.
+const NEAR: f64 = 2.0;
+
 /// A local minimum of the squared misfit.
 #[derive(Debug, Clone)]
 pub(crate) struct Minimum<const P: usize> {
-    pub(crate) state: State,
+    /// Where the descent that found it began.
+    pub(crate) start: Frame,
+    pub(crate) state: Unknowns,
     pub(crate) chi_square: f64,
     pub(crate) root: SquareRoot<P>,
     /// Why it cannot be the frame, however well it fits, if something speaks against it.
@@ -51,7 +69,12 @@ pub(crate) struct Minimum<const P: usize> {
 }
 
 impl<const P: usize> Minimum<P> {
-    /// Mahalanobis distance of a frame, and its distance as a part of the fixture's size.
+    /// Distance of a frame in standard deviations.
+    pub(crate) fn mahalanobis(&self, frame: &Frame) -> f64 {
+        (self.root.of_frame() * Vector6::from(self.state.frame.twist_to(frame))).norm()
+    }
+
+    /// The same, and the frame's distance as a part of the fixture's size.
     fn distances(&self, frame: &Frame, size: f64) -> (f64, f64) {
         let twist = self.state.frame.twist_to(frame);
         let whitened = self.root.of_frame() * Vector6::from(twist);
@@ -82,19 +105,22 @@ fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey<P>,
     let problem = model.problem;
     let size = problem.fixture().size();
     let mut minima: Vec<Minimum<P>> = Vec::new();
+    // A search far beyond the noise tells minima apart no worse.
+    let apart = noise.min(1.0);
     let mut visit = |start: Frame| {
-        let known = |state: &State, chi_square: f64| {
-            minima.iter().any(|m| m.is_basin_of(&state.frame, chi_square, size, noise))
+        let known = |state: &Unknowns, chi_square: f64| {
+            minima.iter().any(|m| m.is_basin_of(&state.frame, chi_square, size, apart))
         };
-        let Some(end) = descend_unless(model, State::at(start), known) else { return };
-        if !end.chi_square.is_finite() || minima.iter().any(|m| m.is_at(&end.state.frame, size, noise)) {
+        let Some(end) = descend_unless(model, Unknowns::at(start), known) else { return };
+        if !end.chi_square().is_finite() || minima.iter().any(|m| m.is_at(&end.at.frame, size, apart)) {
             return;
         }
         minima.push(Minimum {
-            state: end.state,
-            chi_square: end.chi_square,
-            root: model.square_root(&end.state),
-            objection: objection(model, &end.state),
+            start,
+            state: end.at,
+            chi_square: end.chi_square(),
+            root: model.square_root(&end.at),
+            objection: objection(model, &end.at),
         });
     };
     if let Some(near) = problem.expected_near() {
@@ -109,7 +135,7 @@ fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey<P>,
 }
 
 /// What speaks against a state: a touch whose approach comes out of the material, or the fixture's own objection.
-pub(crate) fn objection<const P: usize>(model: &Model<'_, P>, state: &State) -> Option<String> {
+pub(crate) fn objection<const P: usize>(model: &Model<'_, P>, state: &Unknowns) -> Option<String> {
     let touches = model.problem.touches().iter().enumerate();
     let mut wrong = touches.filter_map(|(index, touch)| {
         let approach = touch.approach?;
@@ -189,10 +215,13 @@ impl<const P: usize> Judgement<P> {
     /// # Errors
     /// [`SolveError::Degenerate`] where a motion is free at the best minimum, [`SolveError::InvalidTouches`] where the
     /// touches contradict the fixture.
-    pub(crate) fn of(model: &Model<'_, P>) -> Result<Self, SolveError> {
+    pub(crate) fn of(model: &Model<'_, P>, margin: Margin) -> Result<Self, SolveError> {
         /// Rounds in which the noise to search at settles where none is stated.
         const ROUNDS: usize = 4;
         if model.problem.reference_sigma().is_some() {
+            if margin == Margin::Near {
+                return Self::at_noise(model, NEAR);
+            }
             let judgement = Self::at_noise(model, 1.0)?;
             let stands = judgement.bounds.from <= 1.0 && judgement.bounds.up_to().0 > 1.0;
             // The margin is a claim of its own: search where it ends, too.
@@ -235,22 +264,23 @@ impl<const P: usize> Judgement<P> {
             return Err(no_candidate());
         };
         let degrees = degrees_of_freedom(problem);
-        let ambiguous = chi_square_level(AMBIGUOUS, degrees);
+        let ambiguous = AMBIGUOUS.value(degrees);
         let (chosen, by_near) = choose(problem, &minima, &standing, lowest, ambiguous);
         let second = standing.iter().copied().find(|i| *i != chosen);
 
         let best = &minima[chosen];
         let frame = best.state.frame;
-        let observability = Observability::from_square_root(problem.fixture(), &frame, &best.root.of_frame());
-        let (singular, _) = weakest_motion(&best.root.of_frame(), problem.fixture().size());
-        let weakest_sd = 1.0 / (singular.min() * problem.fixture().size());
+        let weakest = Weakest::of(&best.root.of_frame(), problem.fixture().size());
+        let observability = Observability::from_singular_values(
+            problem.fixture(),
+            &frame,
+            &weakest.singular_values,
+            &weakest.twist,
+        );
+        let weakest_sd = 1.0 / (weakest.least() * problem.fixture().size());
         let curvature = model.curvature(&best.state, &best.root);
         let at_level = |chi_square: f64, level: f64| (chi_square / level).sqrt();
-        let from = if degrees == 0 {
-            0.0
-        } else {
-            at_level(best.chi_square, chi_square_level(INCONSISTENT, degrees))
-        };
+        let from = if degrees == 0 { 0.0 } else { at_level(best.chi_square, INCONSISTENT.value(degrees)) };
         let ambiguity = match second {
             Some(second) if !by_near => at_level(minima[second].chi_square, ambiguous),
             _ => f64::INFINITY,
@@ -262,7 +292,7 @@ impl<const P: usize> Judgement<P> {
             rise: f64::INFINITY,
             search: complete_up_to,
         };
-        bounds.rise = rise_bound(model, &best.state, best.chi_square, &best.root, bounds.up_to().0);
+        bounds.rise = rise_bound(model, best, &weakest, bounds.up_to().0);
         Ok(Self { minima, chosen, second, by_near, bounds, curvature, weakest_sd, observability })
     }
 
@@ -296,13 +326,30 @@ fn choose<const P: usize>(
     }
 }
 
+/// The motion that the touches see least at a frame.
+pub(crate) struct Weakest {
+    singular_values: Vector6<f64>,
+    /// Of length one, rotations scaled by the fixture's size.
+    twist: Twist,
+}
+
+impl Weakest {
+    pub(crate) fn of(information: &Matrix6<f64>, size: f64) -> Self {
+        let (singular_values, twist) = weakest_motion(information, size);
+        Self { singular_values, twist }
+    }
+
+    fn least(&self) -> f64 {
+        self.singular_values.min()
+    }
+}
+
 /// The noise factor up to which the misfit rises from a minimum along its weakest motion as the quadratic model
 /// predicts, as far as `limit`; infinite when it does to the end.
 pub(crate) fn rise_bound<const P: usize>(
     model: &Model<'_, P>,
-    state: &State,
-    chi_square: f64,
-    root: &SquareRoot<P>,
+    minimum: &Minimum<P>,
+    weakest: &Weakest,
     limit: f64,
 ) -> f64 {
     /// Each noise factor tried is this many times the one before.
@@ -312,13 +359,11 @@ pub(crate) fn rise_bound<const P: usize>(
     if !(limit.is_finite() && limit > 0.0) {
         return f64::INFINITY;
     }
-    let of_frame = root.of_frame();
-    let (singular, twist) = weakest_motion(&of_frame, model.problem.fixture().size());
-    if singular.min() <= 0.0 {
+    if weakest.least() <= 0.0 {
         return 0.0;
     }
-    let motion = Vector6::from(twist) / singular.min();
-    let step = root.with_extras(&motion);
+    let Minimum { state, chi_square, root, .. } = minimum;
+    let step = root.with_extras(&(Vector6::from(weakest.twist) / weakest.least()));
     let holds = |noise: f64| {
         let reach = REACH * noise;
         [reach, -reach].into_iter().all(|reach| {
@@ -329,8 +374,15 @@ pub(crate) fn rise_bound<const P: usize>(
             rise > RISE[0] - rounding && rise < RISE[1] + rounding
         })
     };
-    let mut last = 0.0;
-    for k in (0..=TRIES).rev() {
+    // What fails below the stated noise fails there, too, but for the message.
+    let known = model.problem.reference_sigma().is_some();
+    let mut tries = if known && limit > 1.0 && holds(1.0) { limit.ln() / GROWTH.ln() } else { f64::INFINITY };
+    tries = tries.min(f64::from(TRIES)).floor();
+    // Not negative, and at most 32.
+    #[allow(clippy::cast_possible_truncation)]
+    let tries = tries as i32;
+    let mut last = if tries < TRIES { 1.0 } else { 0.0 };
+    for k in (0..=tries).rev() {
         let noise = limit * GROWTH.powi(-k);
         if !holds(noise) {
             let (mut low, mut high) = (last, noise);
@@ -378,6 +430,16 @@ fn no_candidate() -> SolveError {
     }
 }
 
+/// What a solver found, before it is told as a solution.
+pub(crate) struct Found {
+    pub(crate) frame: Frame,
+    /// Per touch: length, and in standard deviations.
+    pub(crate) residuals: Vec<(f64, f64)>,
+    pub(crate) chi_square: f64,
+    /// Covariance at the problem's own sigmas.
+    pub(crate) covariance: Option<Matrix6<f64>>,
+}
+
 /// The part of a refusal or a solution that every solver fills in the same way.
 pub(crate) struct Account<'a, 'p, const P: usize> {
     pub(crate) problem: &'a Problem<'p>,
@@ -408,6 +470,101 @@ impl<const P: usize> Account<'_, '_, P> {
             }),
             nonlinearity: Some(self.judgement.curvature * at).filter(|c| c.is_finite()),
         }
+    }
+
+    /// The solution, but for what only its solver knows (roots, adjustments, iteration).
+    pub(crate) fn solution(&self, solver: &'static str, found: Found) -> Solution {
+        let Found { frame, residuals, chi_square, covariance } = found;
+        let known = self.problem.reference_sigma();
+        let residuals = residuals
+            .into_iter()
+            .map(|(length, normalized)| Residual { length, normalized: known.map(|_| normalized) });
+        let degrees = degrees_of_freedom(self.problem);
+        let observability = self.judgement.observability.clone();
+        let mut solution = Solution::new(solver, frame, residuals.collect(), self.trust(), observability);
+        solution.degrees_of_freedom = degrees;
+        if known.is_some() {
+            solution.chi_square = Some(chi_square);
+            solution.p_value = chi_square_p_value(chi_square, degrees);
+        }
+        solution.covariance = match (known, covariance) {
+            (Some(sigma), Some(matrix)) => {
+                Some(Covariance { matrix, sigma, sigma_source: SigmaSource::Given })
+            }
+            (None, Some(matrix)) if degrees > 0 => {
+                let variance = chi_square / degrees as f64;
+                let sigma = variance.sqrt();
+                Some(Covariance { matrix: matrix * variance, sigma, sigma_source: SigmaSource::Residuals })
+            }
+            _ => None,
+        };
+        solution.warnings = self.warnings();
+        solution
+    }
+
+    fn warnings(&self) -> Vec<Warning> {
+        let mut warnings = Vec::new();
+        let mut warn = |code, message: String| warnings.push(Warning { code, message });
+        let known = self.problem.reference_sigma().is_some();
+        if !known {
+            warn(
+                "no-sigma",
+                "no sigma is stated: the frame stands only if that of one touch lies between from_sigma and up_to_sigma"
+                    .to_owned(),
+            );
+            let uncertain = self.problem.fixture().dimensions().iter().any(|d| d.u > 0.0);
+            if uncertain || self.problem.probe().tip_radius_u > 0.0 {
+                warn(
+                    "uncertainty-not-used",
+                    "uncertainties of dimensions or tip are not used, as no sigma is stated to weigh them against"
+                        .to_owned(),
+                );
+            }
+        }
+        let degrees = degrees_of_freedom(self.problem);
+        if !known && (1..5).contains(&degrees) {
+            let plural = if degrees == 1 { "" } else { "s" };
+            warn(
+                "few-degrees-of-freedom",
+                format!(
+                    "the uncertainties rest on residuals with {degrees} degree{plural} of freedom: they may be several \
+                     times too small; state a sigma"
+                ),
+            );
+        }
+        if self.judgement.by_near {
+            warn(
+                "chosen-by-near",
+                "several frames fit; the expected frame decided for the nearest".to_owned(),
+            );
+        }
+        let touches = self.problem.touches();
+        match degrees {
+            0 => warn(
+                "low-redundancy",
+                format!("{} touches are no more than unknowns: a bad touch cannot be noticed", touches.len()),
+            ),
+            1 | 2 => warn(
+                "low-redundancy",
+                format!(
+                    "{} touches are {degrees} more than unknowns: a bad touch may be noticed, but never told which",
+                    touches.len()
+                ),
+            ),
+            _ => {}
+        }
+        let coincident = (0..touches.len()).find_map(|j| {
+            let same =
+                |i: &usize| touches[*i].surface == touches[j].surface && touches[*i].at == touches[j].at;
+            (0..j).find(same).map(|i| (i, j))
+        });
+        if let Some((i, j)) = coincident {
+            warn(
+                "coincident-touches",
+                format!("touches {i} and {j} are the same point; they count as two observations"),
+            );
+        }
+        warnings
     }
 
     /// Why the frame does not stand, if it does not.
@@ -482,13 +639,14 @@ impl<const P: usize> Account<'_, '_, P> {
             );
         }
         let degrees = degrees_of_freedom(self.problem);
-        let level = chi_square_level(INCONSISTENT, degrees);
+        let level = INCONSISTENT.value(degrees);
         let message = format!(
             "the touches contradict the fixture: chi-square {} with {degrees} degree{} of freedom, at most {} expected \
-             (level {INCONSISTENT}); they would fit from a sigma of {}, stated is {}{hint}",
+             (level {}); they would fit from a sigma of {}, stated is {}{hint}",
             short(self.judgement.best().chi_square),
             if degrees == 1 { "" } else { "s" },
             short(level),
+            INCONSISTENT.chance(),
             short(self.bounds.from * self.unit()),
             short(self.unit()),
         );

@@ -10,21 +10,20 @@
 //! Acceptance is [that of every solver](crate#when-a-frame-is-accepted), on the frames that each candidate leads to
 //! under the known geometry; the root's own curvature, with its dimensions free, must pass, too.
 
-use nalgebra::{DMatrix, DVector, Matrix6};
+use nalgebra::{DMatrix, DVector};
 use touchref_core::{
-    ClosedForm, Covariance, Frame, Measure, Observability, ParameterError, Parameters, Problem, Residual,
-    Root, RootKind, RootReport, SigmaSource, Solution, SolveError, Solver, SolverPlugin, Warning,
-    statistics::{chi_square_level, chi_square_p_value},
+    ClosedForm, Measure, Observability, ParameterError, Parameters, Problem, Root, RootKind, RootReport,
+    Solution, SolveError, Solver, SolverPlugin,
 };
 
 use crate::{
     acceptance::{
-        self, Account, Bounds, INCONSISTENT, Judgement, Minimum, curvature_bound, degenerate,
-        degrees_of_freedom, rank_lost, rise_bound,
+        self, Account, Bounds, Found, INCONSISTENT, Judgement, Margin, Minimum, Weakest, curvature_bound,
+        degenerate, degrees_of_freedom, rank_lost, rise_bound,
     },
     levenberg_marquardt::descend,
-    model::{Extra, Model, Quantity, SquareRoot, State, with_unknowns},
-    words::short,
+    model::{Extra, Model, Quantity, SquareRoot, Unknowns, uncertain, with_unknowns},
+    words::{scale_of, short, wanted_dimensions},
 };
 
 /// The plugin.
@@ -66,11 +65,11 @@ impl Solver for ClosedFormSolver {
         };
         let mut roots = Vec::new();
         closed_form.roots(problem, &mut |root| roots.push(root))?;
-        let known = known_extras(problem);
+        let known = uncertain(problem);
         let free = free_extras(closed_form, &known);
         with_unknowns!(known.len(), P => {
             let model = Model::<P>::new(problem, &known);
-            let judgement = Judgement::of(&model)?;
+            let judgement = Judgement::of(&model, Margin::Full)?;
             with_unknowns!(free.len(), F => {
                 let free_model = Model::<F>::new(problem, &free);
                 Choice { problem, closed_form, model, free_model, judgement }.settle(&roots)
@@ -79,25 +78,7 @@ impl Solver for ClosedFormSolver {
     }
 }
 
-/// Dimensions and tip radius whose stated uncertainty makes them unknowns with priors.
-///
-/// Without a stated sigma of touches there is nothing to weigh them against, and they are taken as exact.
-fn known_extras(problem: &Problem<'_>) -> Vec<Extra> {
-    if problem.reference_sigma().is_none() {
-        return Vec::new();
-    }
-    let uncertain =
-        problem.fixture().dimensions().iter().enumerate().filter(|(_, dimension)| dimension.u > 0.0);
-    let mut extras: Vec<Extra> = uncertain
-        .map(|(index, dimension)| Extra { what: Quantity::Dimension(index), prior: Some(dimension.u) })
-        .collect();
-    if problem.probe().tip_radius_u > 0.0 {
-        extras.push(Extra { what: Quantity::TipRadius, prior: Some(problem.probe().tip_radius_u) });
-    }
-    extras
-}
-
-/// The same, but the measured dimensions come first, known by the touches only.
+/// The uncertain dimensions and tip, but the measured dimensions come first, known by the touches only.
 fn free_extras(closed_form: &dyn ClosedForm, known: &[Extra]) -> Vec<Extra> {
     let measured = closed_form.measured();
     let is_measured = |extra: &&Extra| measured.iter().any(|m| extra.what == Quantity::Dimension(*m));
@@ -116,7 +97,7 @@ struct Choice<'a, 'p, const P: usize, const F: usize> {
 
 /// A root, brought to all touches, with its dimensions free.
 struct Estimate<const F: usize> {
-    state: State,
+    state: Unknowns,
     root: SquareRoot<F>,
     kind: RootKind,
     /// Whether it is the root itself, as touches are no more than unknowns.
@@ -163,13 +144,13 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
     fn estimate(&self, root: &Root) -> Estimate<F> {
         let measured = self.closed_form.measured();
         let dimensions = self.problem.fixture().dimensions();
-        let mut state = State::at(root.frame);
+        let mut state = Unknowns::at(root.frame);
         for (k, m) in measured.iter().enumerate() {
             state.extras[k] = root.measures[k] - dimensions[*m].value;
         }
         let is_root = self.problem.touches().len() <= 6 + measured.len();
         if !is_root {
-            state = descend(&self.free_model, state).state;
+            state = descend(&self.free_model, state).at;
             // The descent is damped to the end; a last step is not.
             if let Some(step) = self.free_model.square_root(&state).step() {
                 state = state.moved(&step);
@@ -186,10 +167,10 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
             let misfit = c.cholesky()?.solve(&deviation).dot(&deviation);
             Some(misfit + self.free_model.chi_square(&state)).filter(|v| v.is_finite())
         });
-        let end = descend(&self.model, State::at(state.frame));
+        let end = descend(&self.model, Unknowns::at(state.frame));
         let size = self.problem.fixture().size();
         let leads_to =
-            self.judgement.minima.iter().position(|m: &Minimum<P>| m.is_at(&end.state.frame, size, 1.0));
+            self.judgement.minima.iter().position(|m: &Minimum<P>| m.is_at(&end.at.frame, size, 1.0));
         Estimate {
             measures: DVector::from_fn(q, |k, _| dimensions[measured[k]].value + state.extras[k]),
             state,
@@ -199,7 +180,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
             covariance,
             chi_square,
             leads_to,
-            descends_to: end.chi_square,
+            descends_to: end.chi_square(),
         }
     }
 
@@ -219,7 +200,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
             estimates.iter().filter(|e| best.twist_to(&e.state.frame).extent(fixture.size()) < NEAR);
         for estimate in at_best {
             let frame = estimate.state.frame;
-            let known = self.model.square_root(&State::at(frame)).of_frame();
+            let known = self.model.square_root(&Unknowns::at(frame)).of_frame();
             for information in [known, estimate.root.of_frame()] {
                 let seen = Observability::from_square_root(fixture, &frame, &information);
                 if seen.rank < 6 {
@@ -251,7 +232,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
         };
         let degrees = degrees_of_freedom(self.problem);
         if let (Some(chi_square), true) = (estimate.chi_square, degrees > 0) {
-            let from = (chi_square / chi_square_level(INCONSISTENT, degrees)).sqrt();
+            let from = (chi_square / INCONSISTENT.value(degrees)).sqrt();
             if self.problem.reference_sigma().is_none() {
                 bounds.from = bounds.from.max(from);
             } else if from > 1.0 {
@@ -261,8 +242,15 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
         }
         let curvature = self.free_model.curvature(&estimate.state, &estimate.root);
         bounds.curvature = bounds.curvature.min(curvature_bound(curvature));
-        let own = self.free_model.chi_square(&estimate.state);
-        let rise = rise_bound(&self.free_model, &estimate.state, own, &estimate.root, bounds.up_to().0);
+        let minimum = Minimum {
+            start: estimate.state.frame,
+            state: estimate.state,
+            chi_square: self.free_model.chi_square(&estimate.state),
+            root: estimate.root,
+            objection: None,
+        };
+        let weakest = Weakest::of(&estimate.root.of_frame(), self.problem.fixture().size());
+        let rise = rise_bound(&self.free_model, &minimum, &weakest, bounds.up_to().0);
         bounds.rise = bounds.rise.min(rise);
         bounds
     }
@@ -273,10 +261,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
         let measured = self.closed_form.measured().iter().enumerate();
         measured
             .map(|(k, m)| {
-                let scale = match dimensions[*m].quantity {
-                    touchref_core::Quantity::Length => 1.0,
-                    touchref_core::Quantity::Angle => 1.0_f64.to_degrees(),
-                };
+                let scale = scale_of(dimensions[*m].quantity);
                 let u = estimate.covariance.as_ref().map(|c| c[(k, k)].max(0.0).sqrt() * scale);
                 let u = u.filter(|u| known && u.is_finite());
                 Measure { name: dimensions[*m].name, value: estimate.measures[k] * scale, u }
@@ -309,12 +294,12 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
 
     /// Level below which a frame survives; without a stated sigma none can be told.
     fn ambiguous_level(&self) -> f64 {
-        chi_square_level(acceptance::AMBIGUOUS, degrees_of_freedom(self.problem))
+        acceptance::AMBIGUOUS.value(degrees_of_freedom(self.problem))
     }
 
     fn reason(&self, estimate: &Estimate<F>, selected: bool) -> String {
         let known = self.problem.reference_sigma();
-        if let Some(objection) = acceptance::objection(&self.model, &State::at(estimate.state.frame)) {
+        if let Some(objection) = acceptance::objection(&self.model, &Unknowns::at(estimate.state.frame)) {
             return objection;
         }
         let chi_square = estimate.descends_to;
@@ -341,7 +326,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
             }
             (true, Some(_)) => format!("fits: chi-square {} at the known dimensions", short(chi_square)),
             (true, None) => {
-                let from = chi_square_level(INCONSISTENT, degrees_of_freedom(self.problem));
+                let from = INCONSISTENT.value(degrees_of_freedom(self.problem));
                 format!("fits best: from a sigma of {}", short((chi_square / from).sqrt()))
             }
             (false, Some(_)) if chi_square < self.ambiguous_level() => {
@@ -363,30 +348,12 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
 
     /// What the best root says of the dimensions, for a refusal.
     fn hint(&self, estimates: &[Estimate<F>]) -> String {
-        /// Ratios of units that are mistaken for each other.
-        const UNITS: [(f64, &str); 2] = [(25.4, "inch and mm"), (1000.0, "mm and m (or um)")];
-        /// Part by which a ratio may miss one of these and still be told.
-        const NEAR: f64 = 0.1;
         let misfit = |estimate: &&Estimate<F>| estimate.chi_square.unwrap_or(f64::INFINITY);
         let real = estimates.iter().filter(|estimate| estimate.kind == RootKind::Real);
-        let Some(best) = real.min_by(|a, b| misfit(a).total_cmp(&misfit(b))) else {
-            return String::new();
-        };
-        let dimensions = self.problem.fixture().dimensions();
-        let told = self.measures(best).into_iter().zip(self.closed_form.measured()).enumerate().map(
-            |(k, (measure, m))| {
-                let ratio = best.measures[k] / dimensions[*m].value;
-                let close =
-                    |unit: f64| (ratio / unit - 1.0).abs() < NEAR || (ratio * unit - 1.0).abs() < NEAR;
-                let mixed = UNITS.iter().find(|(unit, _)| close(*unit));
-                let mixed = mixed.map_or_else(String::new, |(unit, names)| {
-                    format!(", a factor of {unit}: {names} mixed up?")
-                });
-                let (wanted, stated) = (short(measure.value), short(measure.value / ratio));
-                format!("; the touches want {} {wanted}, the fixture says {stated}{mixed}", measure.name)
-            },
-        );
-        told.collect()
+        let best = real.min_by(|a, b| misfit(a).total_cmp(&misfit(b)));
+        best.map_or_else(String::new, |best| {
+            wanted_dimensions(self.problem, self.closed_form, best.measures.as_slice())
+        })
     }
 
     fn solution(
@@ -395,110 +362,15 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
         reports: Vec<RootReport>,
         account: &Account<'_, '_, P>,
     ) -> Solution {
-        let problem = self.problem;
-        let frame: Frame = estimate.state.frame;
-        let known = problem.reference_sigma();
-        let at = State::at(frame);
-        let residuals = (0..problem.touches().len()).map(|index| {
-            let (length, normalized) = self.model.residual(&at, index);
-            Residual { length, normalized: known.map(|_| normalized) }
-        });
-        let degrees = degrees_of_freedom(problem);
-        let mut solution = Solution::new(
-            PLUGIN.name,
-            frame,
-            residuals.collect(),
-            account.trust(),
-            self.judgement.observability.clone(),
-        );
-        solution.roots = reports;
-        solution.degrees_of_freedom = degrees;
-        let chi_square = estimate.chi_square.unwrap_or(f64::NAN);
-        if known.is_some() {
-            solution.chi_square = Some(chi_square);
-            solution.p_value = chi_square_p_value(chi_square, degrees);
-        }
-        let unscaled = frame_covariance(estimate);
-        solution.covariance = match (known, unscaled) {
-            (Some(sigma), Some(matrix)) => {
-                Some(Covariance { matrix, sigma, sigma_source: SigmaSource::Given })
-            }
-            (None, Some(matrix)) if degrees > 0 => {
-                let variance = chi_square / degrees as f64;
-                let sigma = variance.sqrt();
-                Some(Covariance { matrix: matrix * variance, sigma, sigma_source: SigmaSource::Residuals })
-            }
-            _ => None,
+        let at = Unknowns::at(estimate.state.frame);
+        let found = Found {
+            frame: at.frame,
+            residuals: (0..self.problem.touches().len()).map(|i| self.model.residual(&at, i)).collect(),
+            chi_square: estimate.chi_square.unwrap_or(f64::NAN),
+            covariance: estimate.root.frame_covariance(&at.frame),
         };
-        solution.warnings = self.warnings(known.is_some());
+        let mut solution = account.solution(PLUGIN.name, found);
+        solution.roots = reports;
         solution
     }
-
-    fn warnings(&self, known: bool) -> Vec<Warning> {
-        let mut warnings = Vec::new();
-        let mut warn = |code, message: String| warnings.push(Warning { code, message });
-        if !known {
-            warn(
-                "no-sigma",
-                "no sigma is stated: the frame stands only if that of one touch lies between from_sigma and up_to_sigma"
-                    .to_owned(),
-            );
-            let uncertain = self.problem.fixture().dimensions().iter().any(|d| d.u > 0.0);
-            if uncertain || self.problem.probe().tip_radius_u > 0.0 {
-                warn(
-                    "uncertainty-not-used",
-                    "uncertainties of dimensions or tip are not used, as no sigma is stated to weigh them against"
-                        .to_owned(),
-                );
-            }
-        }
-        let degrees = degrees_of_freedom(self.problem);
-        if !known && (1..5).contains(&degrees) {
-            let plural = if degrees == 1 { "" } else { "s" };
-            warn(
-                "few-degrees-of-freedom",
-                format!(
-                    "the uncertainties rest on residuals with {degrees} degree{plural} of freedom: they may be several \
-                     times too small; state a sigma"
-                ),
-            );
-        }
-        if self.judgement.by_near {
-            warn(
-                "chosen-by-near",
-                "several frames fit; the expected frame decided for the nearest".to_owned(),
-            );
-        }
-        if degrees < 3 {
-            let touches = self.problem.touches().len();
-            warn(
-                "low-redundancy",
-                format!(
-                    "{touches} touches are {degrees} more than unknowns: a bad touch may be noticed, but never told \
-                     which"
-                ),
-            );
-        }
-        let touches = self.problem.touches();
-        let coincident = (0..touches.len()).find_map(|j| {
-            let same =
-                |i: &usize| touches[*i].surface == touches[j].surface && touches[*i].at == touches[j].at;
-            (0..j).find(same).map(|i| (i, j))
-        });
-        if let Some((i, j)) = coincident {
-            warn(
-                "coincident-touches",
-                format!("touches {i} and {j} are the same point; they count as two observations"),
-            );
-        }
-        warnings
-    }
-}
-
-/// Covariance of a root's frame, along the parent's axes.
-fn frame_covariance<const F: usize>(estimate: &Estimate<F>) -> Option<Matrix6<f64>> {
-    let all = estimate.root.covariance()?;
-    let q = F - 6;
-    let along_fixture = Matrix6::from_fn(|i, j| all[(q + i, q + j)]);
-    Some(estimate.state.frame.to_parent_axes(&along_fixture))
 }

@@ -1,85 +1,219 @@
-//! Levenberg-Marquardt on the manifold of frames: the plain loop.
+//! Levenberg-Marquardt on the manifold of frames.
 //!
 //! Steps are twists along the fixture's axes, so there is no chart to leave and no gimbal lock. Matrices live on the
-//! stack; a solve allocates nothing.
+//! stack; a descent allocates nothing. [`Descent::advance`] is the one step that the plain loop ([`descend`]) and the
+//! solver for argmin's `Executor` share.
 
-use crate::model::{Model, Normal, State};
-
-/// Where a descent ended. One that ran out of steps ends in a valley so flat that the tests of curvature refuse it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Descent {
-    pub(crate) state: State,
-    pub(crate) chi_square: f64,
-}
+use crate::model::{Model, Normal, Unknowns};
 
 /// A step shorter than this part of the fixture's size ends the descent: steps shrink at least tenfold near a
 /// minimum, so what is left is below 1e-10 of the size.
 const STEP: f64 = 1e-9;
+/// A predicted decrease below this part of the squared misfit ends the descent: the step is 1e-4 standard deviations of
+/// residuals as large as they are, and what is left after it is less.
+const COST: f64 = 1e-8;
+/// A gradient whose cosine with every column of the Jacobian is below this ends the descent: the residuals are
+/// perpendicular to all motions but for rounding.
+const GRADIENT: f64 = 1e-12;
 /// Steps tried before a descent counts as not converged. Sound starts need three to six, bad ones tens.
-const STEPS: usize = 100;
+pub(crate) const STEPS: usize = 100;
 /// Damping at the start: nearly Gauss-Newton, as starts come from a closed form.
 const DAMPING: f64 = 1e-4;
+/// A first step longer than this (parts of the fixture's size plus radians) shows a start that is far off.
+const FAR: f64 = 0.25;
+/// Damping from there: Gauss-Newton's step would leave the region where it is true.
+const FAR_DAMPING: f64 = 1.0;
 /// Damping above which no step downhill exists to rounding.
 const MOST_DAMPING: f64 = 1e12;
 
-/// Descends from `start` to a local minimum of the squared misfit.
-pub(crate) fn descend<const P: usize>(model: &Model<'_, P>, start: State) -> Descent {
-    // No place is known: it cannot be cut short.
-    descend_unless(model, start, |_, _| false).unwrap_or(Descent { state: start, chi_square: f64::NAN })
+/// Why a descent ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Stop {
+    /// The residuals are perpendicular to every motion, to rounding.
+    Gradient,
+    /// The step has become too short to matter.
+    Step,
+    /// The squared misfit would hardly decrease any more.
+    Cost,
+    /// No step leads downhill, to rounding; or the normal equations are not positive definite at any damping.
+    NoDescent,
+    /// The iterations allowed are used up.
+    Iterations,
 }
 
-/// Descends from `start`, but ends without result (`None`) once `arrived` says of a state and its squared misfit that
-/// it is in a basin already known.
-pub(crate) fn descend_unless<const P: usize>(
-    model: &Model<'_, P>,
-    start: State,
-    arrived: impl Fn(&State, f64) -> bool,
-) -> Option<Descent> {
-    let size = model.problem.fixture().size();
-    let mut state = start;
-    let mut normal = model.normal_equations(&state);
-    let mut damping = DAMPING;
-    for _ in 0..STEPS {
-        let Some(step) = damped_step(&normal, damping) else {
-            damping = (damping * 10.0).max(1e-12);
-            if damping > MOST_DAMPING {
-                break;
-            }
-            continue;
-        };
-        let length = length_of(&step, size);
-        let next = state.moved(&step);
-        let next_normal = model.normal_equations(&next);
-        if length <= STEP * size {
-            // Too short for rounding to tell up from down: take whichever is lower, and be done.
-            if next_normal.chi_square <= normal.chi_square {
-                (state, normal) = (next, next_normal);
-            }
-            return Some(Descent { state, chi_square: normal.chi_square });
-        }
-        if next_normal.chi_square < normal.chi_square {
-            (state, normal) = (next, next_normal);
-            damping *= 0.1;
-            if arrived(&state, normal.chi_square) {
-                return None;
-            }
-        } else {
-            damping *= 10.0;
-            if damping > MOST_DAMPING {
-                break;
-            }
+impl Stop {
+    /// In a word, for messages and files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gradient => "gradient",
+            Self::Step => "step",
+            Self::Cost => "cost",
+            Self::NoDescent => "no-descent",
+            Self::Iterations => "iterations",
         }
     }
-    Some(Descent { state, chi_square: normal.chi_square })
+
+    /// Whether it tells a minimum.
+    #[must_use]
+    pub fn converged(self) -> bool {
+        matches!(self, Self::Gradient | Self::Step | Self::Cost)
+    }
 }
 
-/// Length of a step with rotations scaled by the fixture's size; extras count as lengths.
+/// One iteration of a descent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Squared misfit after it.
+    pub chi_square: f64,
+    /// Largest cosine between the residuals and a column of the Jacobian, before it.
+    pub gradient: f64,
+    /// Length of the step tried: translation in parts of the fixture's size, plus rotation in radians.
+    pub step: f64,
+    /// Marquardt's damping of it.
+    pub damping: f64,
+    /// Whether it led downhill and was taken.
+    pub taken: bool,
+}
+
+/// A descent under way.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Descent<const P: usize> {
+    pub(crate) at: Unknowns,
+    normal: Normal<P>,
+    damping: f64,
+    /// Whether no step was taken yet.
+    first: bool,
+}
+
+impl<const P: usize> Descent<P> {
+    pub(crate) fn from(model: &Model<'_, P>, start: Unknowns) -> Self {
+        Self { at: start, normal: model.normal_equations(&start), damping: DAMPING, first: true }
+    }
+
+    /// Squared misfit where it is.
+    #[inline]
+    pub(crate) fn chi_square(&self) -> f64 {
+        self.normal.chi_square
+    }
+
+    /// Tries one step; says why the descent is over, if it is.
+    #[inline]
+    pub(crate) fn advance(&mut self, model: &Model<'_, P>) -> (Progress, Option<Stop>) {
+        let size = model.problem.fixture().size();
+        let before = self.normal.chi_square;
+        let gradient = self.normal.cosine();
+        let mut progress =
+            Progress { chi_square: before, gradient, step: 0.0, damping: self.damping, taken: false };
+        if gradient <= GRADIENT {
+            return (progress, Some(Stop::Gradient));
+        }
+        let Some(mut step) = damped_step(&self.normal, self.damping) else {
+            return (progress, self.damp());
+        };
+        let mut length = length_of(&step, size);
+        if self.first && length > FAR {
+            self.damping = FAR_DAMPING;
+            (progress.damping, self.first) = (self.damping, false);
+            let Some(shorter) = damped_step(&self.normal, self.damping) else {
+                return (progress, self.damp());
+            };
+            step = shorter;
+            length = length_of(&step, size);
+        }
+        progress.step = length;
+        let decrease = -step.iter().zip(&self.normal.gradient).map(|(x, g)| x * g).sum::<f64>();
+        let next = self.at.moved(&step);
+        let nearly_undamped = self.damping <= 0.1;
+        if nearly_undamped && decrease <= COST * before {
+            // The quadratic model is true to far better than what is left.
+            (self.at, self.normal.chi_square) = (next, before - decrease);
+            (progress.chi_square, progress.taken) = (self.normal.chi_square, true);
+            return (progress, Some(Stop::Cost));
+        }
+        let next_normal = model.normal_equations(&next);
+        let downhill = next_normal.chi_square < before;
+        // Too short a step for rounding to tell up from down: take whichever is lower, and be done.
+        let short = length <= STEP;
+        if downhill {
+            (self.at, self.normal, self.first) = (next, next_normal, false);
+            self.damping *= 0.1;
+        }
+        (progress.chi_square, progress.taken) = (self.normal.chi_square, downhill);
+        if short {
+            return (progress, Some(Stop::Step));
+        }
+        (progress, if downhill { None } else { self.damp() })
+    }
+
+    /// More damping after a step that failed.
+    fn damp(&mut self) -> Option<Stop> {
+        self.damping = (self.damping * 10.0).max(1e-12);
+        (self.damping > MOST_DAMPING).then_some(Stop::NoDescent)
+    }
+}
+
+/// Descends from `start` to a local minimum of the squared misfit.
+pub(crate) fn descend<const P: usize>(model: &Model<'_, P>, start: Unknowns) -> Descent<P> {
+    let mut descent = Descent::from(model, start);
+    for _ in 0..STEPS {
+        if descent.advance(model).1.is_some() {
+            break;
+        }
+    }
+    descent
+}
+
+/// Descends from `start`, but ends without result (`None`) once `arrived` says of a place and its squared misfit that
+/// it is in a basin already known. One that runs out of steps ends in a valley so flat that the tests of curvature
+/// refuse it.
+pub(crate) fn descend_unless<const P: usize>(
+    model: &Model<'_, P>,
+    start: Unknowns,
+    arrived: impl Fn(&Unknowns, f64) -> bool,
+) -> Option<Descent<P>> {
+    let mut descent = Descent::from(model, start);
+    for _ in 0..STEPS {
+        let (progress, stop) = descent.advance(model);
+        if stop.is_some() {
+            break;
+        }
+        if progress.taken && arrived(&descent.at, descent.chi_square()) {
+            return None;
+        }
+    }
+    Some(descent)
+}
+
+/// Undamped steps by orthogonal rotations from near a minimum to where rounding ends them.
+pub(crate) fn polish<const P: usize>(model: &Model<'_, P>, from: Unknowns) -> Unknowns {
+    /// Steps shrink by the curvature's part, below 0.5 for any frame that is accepted.
+    const STEPS: usize = 60;
+    let size = model.problem.fixture().size();
+    let (mut at, mut last) = (from, f64::INFINITY);
+    for _ in 0..STEPS {
+        let Some(step) = model.square_root(&at).step() else { break };
+        let length = length_of(&step, size);
+        // It no longer shrinks: rounding.
+        if length >= last {
+            break;
+        }
+        (at, last) = (at.moved(&step), length);
+        if length <= f64::EPSILON {
+            break;
+        }
+    }
+    at
+}
+
+/// Length of a step: lengths in parts of the fixture's size (extras count as lengths), plus radians.
+#[inline]
 fn length_of<const P: usize>(step: &[f64; P], size: f64) -> f64 {
     let (lengths, turns) = step.split_at(P - 3);
-    let squares = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>();
-    (squares(lengths) + size * size * squares(turns)).sqrt()
+    let norm = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>().sqrt();
+    norm(lengths) / size + norm(turns)
 }
-
 /// Solves `(A + damping diag A) x = -g` by `L D L^T`; `None` when that is not positive definite.
 #[allow(clippy::needless_range_loop)] // Triangular indices read as in the books.
 #[inline]

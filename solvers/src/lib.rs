@@ -23,13 +23,19 @@
 
 pub(crate) mod acceptance;
 pub mod closed_form;
+pub mod least_squares;
 pub(crate) mod levenberg_marquardt;
 pub(crate) mod model;
+pub mod refinement;
 pub(crate) mod words;
 
 use touchref_core::SolverPlugin;
 
+pub use acceptance::Margin;
 pub use closed_form::ClosedFormSolver;
+pub use least_squares::LeastSquares;
+pub use model::{Extra, MAX_EXTRAS, Quantity, Unknowns, uncertain};
+pub use refinement::refine;
 
 /// Every solver of this crate, for programs whose linker drops what was registered.
-pub static ALL: &[&SolverPlugin] = &[&closed_form::PLUGIN];
+pub static ALL: &[&SolverPlugin] = &[&closed_form::PLUGIN, &least_squares::PLUGIN];

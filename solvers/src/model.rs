@@ -10,31 +10,55 @@ use touchref_core::{Contact, Frame, MAX_DIMENSIONS, Noise, Problem, Shape, Twist
 
 /// An unknown besides the frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Extra {
-    pub(crate) what: Quantity,
-    /// Standard uncertainty of the nominal value; `None` for one that only the touches tell.
-    pub(crate) prior: Option<f64>,
+pub struct Extra {
+    /// What it is.
+    pub what: Quantity,
+    /// Standard uncertainty of its nominal value; `None` for one that only the touches tell.
+    pub prior: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Quantity {
+/// What may be unknown besides the frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
     /// A dimension of the fixture, by index.
     Dimension(usize),
+    /// The radius of the probe's tip.
     TipRadius,
 }
 
 /// The most extras at once: six dimensions and the tip radius.
-pub(crate) const MAX_EXTRAS: usize = 7;
+pub const MAX_EXTRAS: usize = 7;
 
-/// A frame and the extras' deviations from their nominal values.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct State {
-    pub(crate) frame: Frame,
-    pub(crate) extras: [f64; MAX_EXTRAS],
+/// Dimensions and tip radius whose stated uncertainty makes them unknowns with priors.
+///
+/// Without a stated sigma of touches there is nothing to weigh them against, and they are taken as exact.
+#[must_use]
+pub fn uncertain(problem: &Problem<'_>) -> Vec<Extra> {
+    if problem.reference_sigma().is_none() {
+        return Vec::new();
+    }
+    let dimensions = problem.fixture().dimensions().iter().enumerate().filter(|(_, d)| d.u > 0.0);
+    let mut extras: Vec<Extra> =
+        dimensions.map(|(index, d)| Extra { what: Quantity::Dimension(index), prior: Some(d.u) }).collect();
+    if problem.probe().tip_radius_u > 0.0 {
+        extras.push(Extra { what: Quantity::TipRadius, prior: Some(problem.probe().tip_radius_u) });
+    }
+    extras
 }
 
-impl State {
-    pub(crate) fn at(frame: Frame) -> Self {
+/// A frame, and how far the extras deviate from their nominal values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unknowns {
+    /// The frame.
+    pub frame: Frame,
+    /// The extras' deviations, in their order; the rest zero.
+    pub extras: [f64; MAX_EXTRAS],
+}
+
+impl Unknowns {
+    /// A frame, all extras at their nominal values.
+    #[must_use]
+    pub fn at(frame: Frame) -> Self {
         Self { frame, extras: [0.0; MAX_EXTRAS] }
     }
 
@@ -66,11 +90,34 @@ pub(crate) struct Row<const P: usize> {
     pub(crate) gradient: [f64; P],
 }
 
-/// Normal equations at a state: lower triangle of `J^T W J`, `J^T W r`, and `r^T W r`.
+/// Normal equations: lower triangle of `J^T W J`, `J^T W r`, and `r^T W r`.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Normal<const P: usize> {
     pub(crate) matrix: [[f64; P]; P],
     pub(crate) gradient: [f64; P],
     pub(crate) chi_square: f64,
+}
+
+impl<const P: usize> Normal<P> {
+    #[inline(always)] // As `Model::contact`.
+    #[allow(clippy::needless_range_loop)] // Triangular indices read as in the books.
+    fn add(&mut self, row: &Row<P>) {
+        for i in 0..P {
+            for j in 0..=i {
+                self.matrix[i][j] += row.gradient[i] * row.gradient[j];
+            }
+            self.gradient[i] += row.gradient[i] * row.residual;
+        }
+        self.chi_square += row.residual * row.residual;
+    }
+
+    /// Largest cosine between the residuals and a column of the Jacobian.
+    #[inline]
+    pub(crate) fn cosine(&self) -> f64 {
+        let square = |i: usize| self.gradient[i] * self.gradient[i] / self.matrix[i][i];
+        // A column of zeros is seen by no touch; its quotient is no number, and `max` passes it by.
+        ((0..P).map(square).fold(0.0, f64::max) / self.chi_square).sqrt()
+    }
 }
 
 impl<'a, const P: usize> Model<'a, P> {
@@ -88,9 +135,16 @@ impl<'a, const P: usize> Model<'a, P> {
         Self { problem, extras, nominal }
     }
 
+    pub(crate) fn extras(&self) -> &'a [Extra] {
+        self.extras
+    }
+
     /// Values of the fixture's dimensions in a state, where some of them are unknowns.
     #[inline]
-    fn dimensions(&self, state: &State) -> Option<[f64; MAX_DIMENSIONS]> {
+    fn dimensions(&self, state: &Unknowns) -> Option<[f64; MAX_DIMENSIONS]> {
+        if P == 6 {
+            return None;
+        }
         let mut values = self.nominal?;
         for (extra, deviation) in self.extras.iter().zip(&state.extras) {
             if let Quantity::Dimension(dimension) = extra.what {
@@ -110,13 +164,13 @@ impl<'a, const P: usize> Model<'a, P> {
     }
 
     /// A touch as the fixture of the state sees it, uncertain dimensions and tip counted in.
-    #[inline]
-    fn contact(&self, state: &State, index: usize) -> Contact {
+    #[inline(always)] // Of every evaluation: a call would cost as much as it does.
+    fn contact(&self, state: &Unknowns, index: usize) -> Contact {
         let mut contact = match self.dimensions(state) {
             None => self.problem.contact(&state.frame, index),
             Some(values) => self.problem.contact_with(&state.frame, index, &self.shape(index, Some(&values))),
         };
-        for (extra, deviation) in self.extras.iter().zip(&state.extras) {
+        for (extra, deviation) in self.extras[..P - 6].iter().zip(&state.extras) {
             if extra.what == Quantity::TipRadius {
                 contact.residual -= deviation;
             }
@@ -126,18 +180,18 @@ impl<'a, const P: usize> Model<'a, P> {
 
     /// Residual of a touch as a length and in standard deviations.
     #[inline]
-    pub(crate) fn residual(&self, state: &State, index: usize) -> (f64, f64) {
+    pub(crate) fn residual(&self, state: &Unknowns, index: usize) -> (f64, f64) {
         let contact = self.contact(state, index);
         (contact.residual, contact.residual / contact.sigma)
     }
 
     /// The outward normal at a touch, in the parent.
-    pub(crate) fn normal(&self, state: &State, index: usize) -> Vector3<f64> {
+    pub(crate) fn normal(&self, state: &Unknowns, index: usize) -> Vector3<f64> {
         state.frame.rotation * self.problem.contact(&state.frame, index).normal
     }
 
-    #[inline]
-    fn row(&self, state: &State, index: usize) -> Row<P> {
+    #[inline(always)] // As `contact`.
+    fn row(&self, state: &Unknowns, index: usize) -> Row<P> {
         let contact = self.contact(state, index);
         let weight = 1.0 / contact.sigma;
         let mut gradient = [0.0; P];
@@ -150,7 +204,7 @@ impl<'a, const P: usize> Model<'a, P> {
                 }
             }
         }
-        for (slot, extra) in gradient.iter_mut().zip(self.extras) {
+        for (slot, extra) in gradient.iter_mut().zip(&self.extras[..P - 6]) {
             if extra.what == Quantity::TipRadius {
                 *slot = -weight;
             }
@@ -171,7 +225,7 @@ impl<'a, const P: usize> Model<'a, P> {
     fn let_sigma_vary(
         &self,
         row: &mut Row<P>,
-        state: &State,
+        state: &Unknowns,
         index: usize,
         contact: &Contact,
         covariance: &Matrix3<f64>,
@@ -209,7 +263,7 @@ impl<'a, const P: usize> Model<'a, P> {
 
     /// What the extras' stated uncertainties add: each prior is an observation.
     #[inline]
-    fn prior_rows(&self, state: &State) -> impl Iterator<Item = Row<P>> + use<'a, P> {
+    fn prior_rows(&self, state: &Unknowns) -> impl Iterator<Item = Row<P>> + use<'a, P> {
         let values = state.extras;
         self.extras.iter().enumerate().filter_map(move |(k, extra)| {
             let u = extra.prior?;
@@ -221,34 +275,25 @@ impl<'a, const P: usize> Model<'a, P> {
 
     /// Sum of squares of the whitened residuals, priors included.
     #[inline]
-    pub(crate) fn chi_square(&self, state: &State) -> f64 {
+    pub(crate) fn chi_square(&self, state: &Unknowns) -> f64 {
         let touches = (0..self.problem.touches().len()).map(|index| self.residual(state, index).1);
         let priors = self.prior_rows(state).map(|row| row.residual);
         touches.chain(priors).map(|r| r * r).sum()
     }
 
     #[inline]
-    pub(crate) fn normal_equations(&self, state: &State) -> Normal<P> {
+    pub(crate) fn normal_equations(&self, state: &Unknowns) -> Normal<P> {
         let mut normal = Normal { matrix: [[0.0; P]; P], gradient: [0.0; P], chi_square: 0.0 };
-        let mut add = |row: &Row<P>| {
-            for i in 0..P {
-                for j in 0..=i {
-                    normal.matrix[i][j] += row.gradient[i] * row.gradient[j];
-                }
-                normal.gradient[i] += row.gradient[i] * row.residual;
-            }
-            normal.chi_square += row.residual * row.residual;
-        };
         for index in 0..self.problem.touches().len() {
-            add(&self.row(state, index));
+            normal.add(&self.row(state, index));
         }
-        self.prior_rows(state).for_each(|row| add(&row));
+        self.prior_rows(state).for_each(|row| normal.add(&row));
         normal
     }
 
     /// Upper triangular `r` with `r^T r = J^T W J`, and `q` with `r^T q = J^T W residuals`, by Givens rotations row by
     /// row: accurate where the normal equations would square the condition.
-    pub(crate) fn square_root(&self, state: &State) -> SquareRoot<P> {
+    pub(crate) fn square_root(&self, state: &Unknowns) -> SquareRoot<P> {
         let mut root = SquareRoot { r: [[0.0; P]; P], q: [0.0; P], left_over: 0.0 };
         for index in 0..self.problem.touches().len() {
             root.absorb(self.row(state, index));
@@ -259,7 +304,7 @@ impl<'a, const P: usize> Model<'a, P> {
 
     /// Second derivative of a touch's residual (in standard deviations) over the frame's twist; extras are taken to
     /// enter linearly, and sigmas not to turn with the frame.
-    fn hessian(&self, state: &State, index: usize) -> Matrix6<f64> {
+    fn hessian(&self, state: &Unknowns, index: usize) -> Matrix6<f64> {
         let Contact { at, normal: n, sigma, .. } = self.contact(state, index);
         let p = at.coords;
         let mut h = Matrix6::zeros();
@@ -281,7 +326,7 @@ impl<'a, const P: usize> Model<'a, P> {
 
     /// Relative curvature: the Frobenius norm of the residuals' second derivative, in standard deviations, in
     /// coordinates in which the covariance is the identity. Proportional to the noise.
-    pub(crate) fn curvature(&self, state: &State, root: &SquareRoot<P>) -> f64 {
+    pub(crate) fn curvature(&self, state: &Unknowns, root: &SquareRoot<P>) -> f64 {
         let Some(inverse) = root.inverse() else { return f64::INFINITY };
         let q = P - 6;
         let pose = SMatrix::<f64, 6, P>::from_fn(|i, j| inverse[q + i][j]);
@@ -308,7 +353,7 @@ impl<const P: usize> SquareRoot<P> {
             if row[i] == 0.0 {
                 continue;
             }
-            let length = self.r[i][i].hypot(row[i]);
+            let length = (self.r[i][i] * self.r[i][i] + row[i] * row[i]).sqrt();
             let (c, s) = (self.r[i][i] / length, row[i] / length);
             for (mine, theirs) in self.r[i][i..].iter_mut().zip(&mut row[i..]) {
                 (*mine, *theirs) = (c * *mine + s * *theirs, c * *theirs - s * *mine);
@@ -341,11 +386,24 @@ impl<const P: usize> SquareRoot<P> {
         Some(std::array::from_fn(|i| -(i..P).map(|j| inverse[i][j] * self.q[j]).sum::<f64>()))
     }
 
+    /// Length of that step in standard deviations.
+    pub(crate) fn step_in_deviations(&self) -> f64 {
+        self.q.iter().map(|q| q * q).sum::<f64>().sqrt()
+    }
+
     /// Covariance of all unknowns.
     pub(crate) fn covariance(&self) -> Option<SMatrix<f64, P, P>> {
         let inverse = self.inverse()?;
         let inverse = SMatrix::<f64, P, P>::from_fn(|i, j| inverse[i][j]);
         Some(inverse * inverse.transpose())
+    }
+
+    /// Covariance of the frame alone, along the parent's axes about its origin.
+    pub(crate) fn frame_covariance(&self, frame: &Frame) -> Option<Matrix6<f64>> {
+        let inverse = self.inverse()?;
+        let q = P - 6;
+        let inverse = Matrix6::from_fn(|i, j| inverse[q + i][q + j]);
+        Some(frame.to_parent_axes(&(inverse * inverse.transpose())))
     }
 
     /// The square root of the information of the frame, extras marginalised; over its twist along the fixture's axes.
@@ -405,7 +463,7 @@ macro_rules! with_unknowns {
                 $body
             }
             more => Err(touchref_core::SolveError::Unsupported {
-                solver: "closed-form",
+                solver: "built-in",
                 reason: format!("{more} uncertain dimensions are more than {}", $crate::model::MAX_EXTRAS),
             }),
         }
@@ -421,7 +479,7 @@ mod tests {
         Touch, Twist,
     };
 
-    use super::{Extra, Model, Quantity, State};
+    use super::{Extra, Model, Quantity, Unknowns};
 
     /// A cylinder, a cone, a sphere and a plane; the one dimension is the cone's half-angle.
     #[derive(Debug)]
@@ -517,9 +575,9 @@ mod tests {
         touches().into_iter().map(|touch| Touch { noise: Noise::OfProbe, ..touch }).collect()
     }
 
-    fn state() -> State {
+    fn state() -> Unknowns {
         let frame = Frame::from_quaternion_xyzw(Point3::new(0.4, -0.3, 0.8), [0.1, -0.2, 0.3, 0.9]).unwrap();
-        let mut state = State::at(frame);
+        let mut state = Unknowns::at(frame);
         (state.extras[0], state.extras[1]) = (0.05, -0.02);
         state
     }
@@ -563,7 +621,7 @@ mod tests {
             let hessian = model.hessian(&state(), index);
             let at = |v: Vector6<f64>| {
                 let frame = state().frame.moved(&Twist::from(v));
-                model.residual(&State::at(frame), index).1
+                model.residual(&Unknowns::at(frame), index).1
             };
             let numeric = Matrix6::from_fn(|i, j| {
                 let (a, b) = (Vector6::ith(i, STEP), Vector6::ith(j, STEP));

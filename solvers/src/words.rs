@@ -1,5 +1,39 @@
 //! Numbers in messages.
 
+use touchref_core::{ClosedForm, Problem, Quantity};
+
+/// Radians are told in degrees: what to multiply a dimension by.
+pub(crate) fn scale_of(quantity: Quantity) -> f64 {
+    match quantity {
+        Quantity::Length => 1.0,
+        Quantity::Angle => 1.0_f64.to_degrees(),
+    }
+}
+
+/// What a root's measures say of the fixture's dimensions, and whether units seem mixed up.
+pub(crate) fn wanted_dimensions(
+    problem: &Problem<'_>,
+    closed_form: &dyn ClosedForm,
+    measures: &[f64],
+) -> String {
+    /// Ratios of units that are mistaken for each other.
+    const UNITS: [(f64, &str); 2] = [(25.4, "inch and mm"), (1000.0, "mm and m (or um)")];
+    /// Part by which a ratio may miss one of these and still be told.
+    const NEAR: f64 = 0.1;
+    let dimensions = problem.fixture().dimensions();
+    let told = closed_form.measured().iter().zip(measures).map(|(index, measure)| {
+        let dimension = dimensions[*index];
+        let ratio = measure / dimension.value;
+        let close = |unit: f64| (ratio / unit - 1.0).abs() < NEAR || (ratio * unit - 1.0).abs() < NEAR;
+        let mixed = UNITS.iter().find(|(unit, _)| close(*unit));
+        let mixed = mixed
+            .map_or_else(String::new, |(unit, names)| format!(", a factor of {unit}: {names} mixed up?"));
+        let [wanted, stated] = [*measure, dimension.value].map(|v| short(v * scale_of(dimension.quantity)));
+        format!("; the touches want {} {wanted}, the fixture says {stated}{mixed}", dimension.name)
+    });
+    told.collect()
+}
+
 /// Four significant digits, without an exponent where that stays readable.
 pub(crate) fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {

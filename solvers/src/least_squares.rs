@@ -1,0 +1,208 @@
+//! `least-squares`: the maximum-likelihood frame of all touches; the known geometry takes part.
+//!
+//! The squared misfit (signed distance from the surface less the tip radius, over the touch's standard deviation) is
+//! minimised over the frame, and over those dimensions and the tip radius whose uncertainty is stated: each of these is
+//! an unknown with what is known of it as one more observation. Every candidate that the fixture's search gives is
+//! refined; what is accepted among the minima, [that of every solver](crate#when-a-frame-is-accepted).
+//!
+//! The covariance is the inverse of the information at the minimum. Where no sigma is stated it is scaled by the
+//! residuals, and there is none without redundancy.
+
+use touchref_core::{
+    Adjustment, ClosedForm, Measure, ParameterError, ParameterKind, ParameterSpec, Parameters, Problem, Root,
+    RootKind, RootReport, Solution, SolveError, Solver, SolverPlugin,
+};
+
+use crate::{
+    acceptance::{self, Account, Found, Judgement, Margin, degenerate, rank_lost},
+    model::{Model, Quantity, SquareRoot, Unknowns, uncertain, with_unknowns},
+    refinement::execute,
+    words::{scale_of, short, wanted_dimensions},
+};
+
+/// The plugin.
+pub static PLUGIN: SolverPlugin = SolverPlugin {
+    name: "least-squares",
+    summary: "maximum likelihood over the frame with known geometry, every candidate refined (default)",
+    origin: module_path!(),
+    parameters: &[ParameterSpec {
+        name: "margin",
+        kind: ParameterKind::Choice(&["near", "full"]),
+        default: Some("near"),
+        meaning: "how far beyond the stated sigma other frames are looked for: near (twice, or farther where that is \
+                  cheap to prove) or full (as far as the frame stands)",
+    }],
+    about: "Minimises the squared misfit of all touches over the frame, each weighted by its sigma; dimensions and tip \
+            radius with a stated uncertainty are unknowns, too, held by what is known of them. Starts from every root \
+            and near miss of the fixture's equations and from a search of what lies between; accepts the best minimum \
+            when it fits, no other does, and first-order uncertainty holds. Levenberg-Marquardt on the manifold of \
+            frames, run by argmin.",
+    reference: "Marquardt (1963); right increments as in Sola et al. (2018); acceptance: see docs of touchref-solvers",
+    build,
+};
+touchref_core::register_solver!(PLUGIN);
+
+fn build(parameters: &Parameters) -> Result<Box<dyn Solver>, ParameterError> {
+    let parameters = parameters.checked(PLUGIN.parameters)?;
+    let margin = if parameters.word("margin") == "full" { Margin::Full } else { Margin::Near };
+    Ok(Box::new(LeastSquares { margin }))
+}
+
+/// The maximum-likelihood frame of all touches.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct LeastSquares {
+    /// How far beyond the stated noise other frames are looked for.
+    pub margin: Margin,
+}
+
+impl Solver for LeastSquares {
+    fn name(&self) -> &'static str {
+        PLUGIN.name
+    }
+
+    fn solve(&self, problem: &Problem<'_>) -> Result<Solution, SolveError> {
+        if problem.expected_near().is_none() {
+            problem.require_enough()?;
+        }
+        let extras = uncertain(problem);
+        with_unknowns!(extras.len(), P => {
+            let model = Model::<P>::new(problem, &extras);
+            let judgement = Judgement::of(&model, self.margin)?;
+            Answer { problem, model, judgement }.settle()
+        })
+    }
+}
+
+/// The verdict on the minima, to be told.
+struct Answer<'a, 'p, const P: usize> {
+    problem: &'a Problem<'p>,
+    model: Model<'a, P>,
+    judgement: Judgement<P>,
+}
+
+impl<const P: usize> Answer<'_, '_, P> {
+    fn settle(self) -> Result<Solution, SolveError> {
+        let seen = &self.judgement.observability;
+        if seen.rank < 6 {
+            return Err(degenerate(seen, rank_lost(seen)));
+        }
+        let bounds = self.judgement.bounds;
+        let account = Account { problem: self.problem, judgement: &self.judgement, bounds };
+        if let Some(refusal) = account.refusal(|| self.reports(false), || self.hint()) {
+            return Err(refusal);
+        }
+        let best = self.judgement.best();
+        let (at, chi_square, iteration) = execute(&self.model, best.start)?;
+        // The same descent as the one that found the minimum, run to the end.
+        let size = self.problem.fixture().size();
+        let (at, chi_square) =
+            if best.is_at(&at.frame, size, 1.0) { (at, chi_square) } else { (best.state, best.chi_square) };
+        let root = self.model.square_root(&at);
+        let found = Found {
+            frame: at.frame,
+            residuals: (0..self.problem.touches().len()).map(|i| self.model.residual(&at, i)).collect(),
+            chi_square,
+            covariance: root.frame_covariance(&at.frame),
+        };
+        let mut solution = account.solution(PLUGIN.name, found);
+        solution.adjustments = self.adjustments(&at, &root);
+        solution.iteration = Some(iteration);
+        solution.roots = self.reports(true);
+        Ok(solution)
+    }
+
+    /// How far the uncertain dimensions and the tip moved.
+    fn adjustments(&self, at: &Unknowns, root: &SquareRoot<P>) -> Vec<Adjustment> {
+        let Some(covariance) = root.covariance() else { return Vec::new() };
+        let told = self.model.extras().iter().enumerate().filter_map(|(k, extra)| {
+            let (name, nominal, scale) = match extra.what {
+                Quantity::Dimension(index) => {
+                    let dimension = self.problem.fixture().dimensions()[index];
+                    (dimension.name, dimension.value, scale_of(dimension.quantity))
+                }
+                Quantity::TipRadius => ("tip_radius", self.problem.probe().tip_radius, 1.0),
+            };
+            Some(Adjustment {
+                name,
+                nominal: nominal * scale,
+                nominal_u: extra.prior? * scale,
+                value: (nominal + at.extras[k]) * scale,
+                u: covariance[(k, k)].sqrt() * scale,
+            })
+        });
+        told.collect()
+    }
+
+    /// Every real root, how far it is from the known geometry, and whether it led to the frame.
+    fn reports(&self, accepted: bool) -> Vec<RootReport> {
+        let Some(closed_form) = self.problem.fixture().closed_form() else { return Vec::new() };
+        let mut reports: Vec<(f64, RootReport)> = Vec::new();
+        // What the equations refuse, the judgement has refused before.
+        let _ = closed_form.roots(self.problem, &mut |root| {
+            if root.kind == RootKind::Real {
+                reports.push(self.report(closed_form, &root));
+            }
+        });
+        reports.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut reports: Vec<RootReport> = reports.into_iter().map(|(_, report)| report).collect();
+        if accepted && let Some(nearest) = self.nearest(&reports) {
+            let best = self.judgement.best();
+            reports[..=nearest].rotate_right(1);
+            reports[0].selected = true;
+            reports[0].reason = match self.problem.reference_sigma() {
+                Some(_) => format!("leads to the frame: chi-square {}", short(best.chi_square)),
+                None => format!("leads to the frame: a misfit of {}", short(best.chi_square.sqrt())),
+            };
+        }
+        reports
+    }
+
+    /// What the root nearest the known geometry says of the dimensions, for a refusal.
+    fn hint(&self) -> String {
+        let Some(closed_form) = self.problem.fixture().closed_form() else { return String::new() };
+        let mut best: Option<(f64, Root)> = None;
+        let _ = closed_form.roots(self.problem, &mut |root| {
+            let misfit = self.model.square_root(&Unknowns::at(root.frame)).left_over;
+            if root.kind == RootKind::Real && best.is_none_or(|(least, _)| misfit < least) {
+                best = Some((misfit, root));
+            }
+        });
+        best.map_or_else(String::new, |(_, root)| {
+            wanted_dimensions(self.problem, closed_form, &root.measures)
+        })
+    }
+
+    /// The root nearest the accepted frame, in that frame's own standard deviations.
+    fn nearest(&self, reports: &[RootReport]) -> Option<usize> {
+        let best = self.judgement.best();
+        let distance = |report: &RootReport| best.mahalanobis(&report.frame);
+        let nearest = reports.iter().enumerate().min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
+        nearest.map(|(index, _)| index)
+    }
+
+    /// A root, and its squared misfit under the known geometry to first order.
+    fn report(&self, closed_form: &dyn ClosedForm, root: &Root) -> (f64, RootReport) {
+        let at = Unknowns::at(root.frame);
+        let square_root = self.model.square_root(&at);
+        let misfit = square_root.left_over;
+        let known = self.problem.reference_sigma().is_some();
+        let dimensions = self.problem.fixture().dimensions();
+        let measures = closed_form.measured().iter().zip(root.measures).map(|(index, value)| {
+            let dimension = dimensions[*index];
+            Measure { name: dimension.name, value: value * scale_of(dimension.quantity), u: None }
+        });
+        let reason = match acceptance::objection(&self.model, &at) {
+            Some(objection) => objection,
+            None if known => format!("{} standard deviations from the known geometry", short(misfit.sqrt())),
+            None => format!("a misfit of {} from the known geometry", short(misfit.sqrt())),
+        };
+        let report = RootReport {
+            frame: root.frame,
+            measures: measures.collect(),
+            misfit: known.then(|| misfit.sqrt()),
+            selected: false,
+            reason,
+        };
+        (misfit, report)
+    }
+}

@@ -1,0 +1,231 @@
+//! Least squares from a given start: the iteration alone, without a search for other frames or a verdict.
+//!
+//! [`refine`] is the plain loop. The same step is also an [`argmin::core::Solver`], so that argmin's
+//! [`Executor`] can run, limit, and observe it:
+//!
+//! ```
+//! # use touchref_core::{Frame, Problem};
+//! use argmin::core::{Executor, State};
+//! use touchref_solvers::refinement::{LevenbergMarquardt, Misfit};
+//!
+//! # fn example(problem: &Problem<'_>, start: Frame) -> Result<(), argmin::core::Error> {
+//! let misfit = Misfit::<6>::new(problem, &[]);
+//! let result = Executor::new(misfit, LevenbergMarquardt::default())
+//!     .configure(|state| state.param(touchref_solvers::Unknowns::at(start)).max_iters(50))
+//!     .run()?;
+//! eprintln!("{:?} after {} iterations", result.state().get_termination_status(), result.state().get_iter());
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! K. Levenberg, "A method for the solution of certain non-linear problems in least squares" (1944), and
+//! D. W. Marquardt, "An algorithm for least-squares estimation of nonlinear parameters" (1963), with the damping in
+//! proportion to the diagonal; steps on the manifold as in J. Sola et al., "A micro Lie theory for state estimation in
+//! robotics" (2018), right increments.
+
+use argmin::core::{
+    CostFunction, Error, Executor, IterState, KV, Solver as ArgminSolver, State, TerminationReason,
+    TerminationStatus,
+};
+use touchref_core::{Frame, Iteration, Problem, SolveError};
+
+pub use crate::levenberg_marquardt::{Progress, Stop};
+use crate::{
+    levenberg_marquardt::{Descent, STEPS, polish},
+    model::{Extra, Model, Unknowns, uncertain, with_unknowns},
+};
+
+/// argmin's state of the iteration: the unknowns, and in the place of the gradient the [`Progress`] of the last step.
+pub type RefinementState = IterState<Unknowns, Progress, (), (), (), f64>;
+
+/// The squared misfit of a measurement over `P` unknowns: half of nothing, the plain chi-square with its priors.
+#[derive(Debug, Clone, Copy)]
+pub struct Misfit<'a, const P: usize>(Model<'a, P>);
+
+impl<'a, const P: usize> Misfit<'a, P> {
+    /// Of the frame and these `extras`, which must be `P - 6`: none, or [`uncertain`](crate::uncertain).
+    ///
+    /// # Panics
+    /// When they are not.
+    #[must_use]
+    pub fn new(problem: &'a Problem<'a>, extras: &'a [Extra]) -> Self {
+        assert_eq!(extras.len() + 6, P, "the unknowns are six and one for each extra");
+        Self(Model::new(problem, extras))
+    }
+}
+
+impl<const P: usize> CostFunction for Misfit<'_, P> {
+    type Param = Unknowns;
+    type Output = f64;
+
+    fn cost(&self, at: &Unknowns) -> Result<f64, Error> {
+        Ok(self.0.chi_square(at))
+    }
+}
+
+/// Levenberg-Marquardt on the manifold of frames, for argmin's `Executor`.
+///
+/// Ends with [`TerminationReason::SolverExit`] and the name of the criterion ([`Stop::name`]). Matrices are kept here
+/// rather than in argmin's state, which is moved several times an iteration.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct LevenbergMarquardt<const P: usize> {
+    descent: Option<Descent<P>>,
+    stop: Option<Stop>,
+}
+
+impl<const P: usize> LevenbergMarquardt<P> {
+    /// The criterion that ended the iteration, once it has ended.
+    #[must_use]
+    pub fn stop(&self) -> Option<Stop> {
+        self.stop
+    }
+}
+
+impl<const P: usize> ArgminSolver<Misfit<'_, P>, RefinementState> for LevenbergMarquardt<P> {
+    fn name(&self) -> &'static str {
+        "Levenberg-Marquardt"
+    }
+
+    fn init(
+        &mut self,
+        problem: &mut argmin::core::Problem<Misfit<'_, P>>,
+        mut state: RefinementState,
+    ) -> Result<(RefinementState, Option<KV>), Error> {
+        let misfit = problem.problem.as_ref().ok_or_else(|| Error::msg("no misfit to minimise"))?;
+        let start = state.take_param().ok_or_else(|| Error::msg("no start: configure the state with one"))?;
+        let descent = Descent::from(&misfit.0, start);
+        (self.descent, self.stop) = (Some(descent), None);
+        Ok((state.param(start).cost(descent.chi_square()), None))
+    }
+
+    fn next_iter(
+        &mut self,
+        problem: &mut argmin::core::Problem<Misfit<'_, P>>,
+        state: RefinementState,
+    ) -> Result<(RefinementState, Option<KV>), Error> {
+        let misfit = problem.problem.as_ref().ok_or_else(|| Error::msg("no misfit to minimise"))?;
+        let descent = self.descent.as_mut().ok_or_else(|| Error::msg("not initialised"))?;
+        let (progress, stop) = descent.advance(&misfit.0);
+        self.stop = stop;
+        Ok((state.param(descent.at).cost(descent.chi_square()).gradient(progress), None))
+    }
+
+    fn terminate(&mut self, _: &RefinementState) -> TerminationStatus {
+        match self.stop {
+            Some(stop) => {
+                TerminationStatus::Terminated(TerminationReason::SolverExit(stop.name().to_owned()))
+            }
+            None => TerminationStatus::NotTerminated,
+        }
+    }
+}
+
+/// Where an iteration ended.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refinement {
+    /// The frame, and how far the uncertain dimensions and tip moved.
+    pub unknowns: Unknowns,
+    /// Squared misfit there, priors included; lengths squared where no sigma is stated.
+    pub chi_square: f64,
+    /// Steps made, and what ended them.
+    pub iteration: Iteration,
+    /// What each step did.
+    pub history: Vec<Progress>,
+}
+
+/// The least-squares frame of a measurement that `start` leads to; uncertain dimensions and tip take part.
+///
+/// No search for other frames, no verdict: that is what a solver adds. Allocates for the history only.
+///
+/// # Errors
+/// [`SolveError::NotConverged`], and [`SolveError::Unsupported`] for more uncertain dimensions than
+/// [`MAX_EXTRAS`](crate::MAX_EXTRAS).
+pub fn refine(problem: &Problem<'_>, start: &Frame) -> Result<Refinement, SolveError> {
+    let extras = uncertain(problem);
+    with_unknowns!(extras.len(), P => {
+        let model = Model::<P>::new(problem, &extras);
+        let mut descent = Descent::from(&model, Unknowns::at(*start));
+        let mut history = Vec::new();
+        let mut stop = None;
+        while stop.is_none() && history.len() < STEPS {
+            let (progress, ended) = descent.advance(&model);
+            history.push(progress);
+            stop = ended;
+        }
+        ended(&model, &descent.at, history.len(), stop).map(|(unknowns, chi_square, iteration)| {
+            Refinement { unknowns, chi_square, iteration, history }
+        })
+    })
+}
+
+/// Where a plain descent ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Descended {
+    /// The frame.
+    pub frame: Frame,
+    /// Squared misfit there; lengths squared where no sigma is stated.
+    pub chi_square: f64,
+    /// Steps tried.
+    pub steps: usize,
+    /// Why it ended.
+    pub stop: Stop,
+}
+
+/// The plain loop over [`refine`]'s steps, all dimensions taken as known: to 1e-4 standard deviations, as many frames
+/// are wanted and none is to be polished. Allocates nothing.
+#[must_use]
+pub fn descend(problem: &Problem<'_>, start: &Frame) -> Descended {
+    let model = Model::<6>::new(problem, &[]);
+    let mut descent = Descent::from(&model, Unknowns::at(*start));
+    let mut end = None;
+    let mut steps = 0;
+    while end.is_none() && steps < STEPS {
+        end = descent.advance(&model).1;
+        steps += 1;
+    }
+    let (frame, chi_square) = (descent.at.frame, descent.chi_square());
+    Descended { frame, chi_square, steps, stop: end.unwrap_or(Stop::Iterations) }
+}
+
+/// The same as [`refine`] by argmin's `Executor`, in a solver's own hands.
+pub(crate) fn execute<const P: usize>(
+    model: &Model<'_, P>,
+    start: Frame,
+) -> Result<(Unknowns, f64, Iteration), SolveError> {
+    let failed =
+        |error: Error| SolveError::Unsupported { solver: "least-squares", reason: error.to_string() };
+    let result = Executor::new(Misfit(*model), LevenbergMarquardt::<P>::default())
+        .configure(|state: RefinementState| {
+            state.param(Unknowns::at(start)).max_iters(STEPS as u64).counting(false)
+        })
+        .ctrlc(false)
+        .run()
+        .map_err(failed)?;
+    let steps = usize::try_from(result.state().get_iter()).unwrap_or(usize::MAX);
+    let stop = result.solver().stop();
+    let at = result.state().get_param().copied().unwrap_or_else(|| Unknowns::at(start));
+    ended(model, &at, steps, stop)
+}
+
+/// The very minimum near where a descent ended, or why there is none.
+fn ended<const P: usize>(
+    model: &Model<'_, P>,
+    at: &Unknowns,
+    steps: usize,
+    stop: Option<Stop>,
+) -> Result<(Unknowns, f64, Iteration), SolveError> {
+    /// Undamped steps longer than this (standard deviations) do not tell a minimum.
+    const SETTLED: f64 = 1e-3;
+    let polished = polish(model, *at);
+    let chi_square = model.chi_square(&polished);
+    let stop = stop.unwrap_or(Stop::Iterations);
+    if !stop.converged() {
+        // Where no sigma is stated, the residuals tell their own.
+        let unit = if model.problem.reference_sigma().is_some() { 1.0 } else { chi_square.sqrt() };
+        let left = model.square_root(&polished).step_in_deviations() / unit;
+        if left.is_nan() || left > SETTLED {
+            return Err(SolveError::NotConverged { iterations: steps, step: left, bound: SETTLED });
+        }
+    }
+    Ok((polished, chi_square, Iteration { steps, stopped_by: stop.name() }))
+}

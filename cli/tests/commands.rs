@@ -91,6 +91,8 @@ fn arguments_take_the_place_of_the_file() {
     assert_papers_frame(&result);
     assert_eq!(result["fixture"]["parameters"]["radius"], serde_json::json!({ "value": 1.0, "u": 0.001 }));
     assert_eq!(result["probe"]["sigma"], 1e-4);
+    let text = String::from_utf8(folder.run(&args, b"").stdout).unwrap();
+    assert!(text.contains("radius = 1.0 +- 0.001"), "{text}");
 }
 
 #[test]

@@ -101,7 +101,7 @@ fn basis(sheet: &mut Sheet, record: &SolutionRecord) {
         record.solver,
         probe(&record.probe, sheet.plus_minus(), units)
     ));
-    sheet.prose(&format!("fixture {}", fixture(&record.fixture)));
+    sheet.prose(&format!("fixture {}", fixture(&record.fixture, sheet.plus_minus())));
     let misfit = match (record.chi_square, record.p_value) {
         (Some(chi_square), Some(p)) => format!("chi-square {}, p = {}", short(chi_square), short(p)),
         (Some(chi_square), None) => format!("chi-square {}", short(chi_square)),
@@ -144,11 +144,13 @@ pub(super) fn probe(probe: &ProbeRecord, plus_minus: &str, units: &str) -> Strin
 }
 
 /// Kind and parameters.
-pub(super) fn fixture(fixture: &FixtureRecord) -> String {
-    let parameters = fixture.parameters.iter().map(|(name, value)| match value {
-        serde_json::Value::String(word) => format!("{name} = {word}"),
-        other => format!("{name} = {other}"),
-    });
+pub(super) fn fixture(fixture: &FixtureRecord, plus_minus: &str) -> String {
+    let parameters =
+        fixture.parameters.iter().map(|(name, value)| match (value, value.get("value"), value.get("u")) {
+            (_, Some(number), Some(u)) => format!("{name} = {number} {plus_minus} {u}"),
+            (serde_json::Value::String(word), ..) => format!("{name} = {word}"),
+            (other, ..) => format!("{name} = {other}"),
+        });
     let list = parameters.collect::<Vec<_>>().join(", ");
     if list.is_empty() { fixture.kind.clone() } else { format!("{}: {list}", fixture.kind) }
 }

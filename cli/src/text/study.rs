@@ -92,7 +92,7 @@ fn basis(sheet: &mut Sheet, record: &StudyRecord) {
         record.layout,
         touches.collect::<Vec<_>>().join(", ")
     ));
-    sheet.prose(&format!("fixture {}", fixture(&record.fixture)));
+    sheet.prose(&format!("fixture {}", fixture(&record.fixture, sheet.plus_minus())));
     sheet.prose(&probe(&record.probe, sheet.plus_minus(), record.units));
     if record.probe.sigma.is_none() {
         let sigma = short(record.sigma);

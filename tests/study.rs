@@ -192,7 +192,7 @@ impl Solver for Blind {
             second_minimum: None,
             nonlinearity: None,
         };
-        let observability = Observability::at(problem, &frame);
+        let observability = Observability::at(problem, &Frame::identity());
         let mut solution = Solution::new("blind", frame, Vec::new(), trust, observability);
         let matrix = Matrix6::identity() * 1e-6;
         solution.covariance = Some(Covariance { matrix, sigma: SIGMA, sigma_source: SigmaSource::Given });
@@ -238,6 +238,11 @@ fn wrong_frames_are_counted() {
     // Frames lie some 100 away, uniformly along each axis, and the covariance says 0.001: a squared error of 1e10.
     let nees = outcome.nees_mean().unwrap().value;
     assert!((0.5e10..1.5e10).contains(&nees), "{nees}");
+
+    let nowhere = Frame { origin: Point3::new(f64::NAN, 0.0, 0.0), ..Frame::identity() };
+    let solver = Blind(Some(nowhere));
+    let outcome = study(&*fixture, &solver, probe(0.0, SIGMA), 100).run().unwrap();
+    assert_eq!((outcome.accepted, outcome.wrong), (100, 100));
 }
 
 #[test]

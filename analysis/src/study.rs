@@ -25,7 +25,7 @@ pub const WRONG_LEVEL: f64 = 1e-9;
 
 /// Squared errors of a frame, in its own covariance, that a true covariance exceeds with these chances.
 static WRONG: LazyLock<f64> = LazyLock::new(|| chi_square_level(WRONG_LEVEL, 6));
-static BEYOND_95: LazyLock<f64> = LazyLock::new(|| chi_square_level(0.05, 6));
+static REGION_95: LazyLock<f64> = LazyLock::new(|| chi_square_level(0.05, 6));
 
 /// Trials that one thread works through before it takes the next; results do not depend on it, nor on the threads.
 const CHUNK: u64 = 256;
@@ -302,10 +302,11 @@ impl Study<'_> {
                 return Ok(());
             }
         };
-        let squared = solution.squared_distance(&truth).unwrap_or(f64::INFINITY);
+        // A frame without a covariance, or that is no number, is as wrong as one can be.
+        let squared = solution.squared_distance(&truth).filter(|v| v.is_finite()).unwrap_or(f64::INFINITY);
         outcome.accepted += 1;
         outcome.wrong += u64::from(squared > *WRONG);
-        outcome.within_95 += u64::from(squared <= *BEYOND_95);
+        outcome.within_95 += u64::from(squared <= *REGION_95);
         outcome.worst = outcome.worst.max(squared);
         outcome.nees += squared;
         if let Some(bound) = cramer_rao(&problem, &truth) {

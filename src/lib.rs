@@ -73,7 +73,7 @@
 //! | [`touchref_core`] (re-exported here) | [`Frame`], [`Touch`], [`Surface`], [`Fixture`], [`Solver`], [`Solution`], [`Registry`] |
 //! | [`fixtures`] | one file a fixture |
 //! | [`solvers`] | one file a solver |
-//! | [`analysis`] | simulated measurements |
+//! | [`analysis`] | simulated measurements, and studies of how often a frame is right, refused or wrong |
 //! | [`io`] | measurement files, touch tables, results as JSON |
 //!
 //! The command line `touchref` is the package `touchref-cli`, a library too: link your own plugins into a binary of a
@@ -89,8 +89,8 @@
 //! - Surfaces are ideal: form errors count as noise, so state a sigma that covers them.
 //! - A frame is that of the moment of touching; nothing notices when the fixture is bumped later.
 //! - Seven touches are one more than unknowns: a bad touch may be noticed, but never told which.
-//! - Acceptance is a matter of measured rates, not of proof: `cargo run --release --example acceptance_study` measures
-//!   them.
+//! - Acceptance is a matter of measured rates, not of proof: [`analysis::Study`], `touchref study` and
+//!   `cargo run --release --example acceptance_study` measure them.
 
 pub use touchref_analysis as analysis;
 pub use touchref_core::*;

@@ -1,7 +1,9 @@
 //! What touches are worth: simulated measurements, and studies of how often a frame is right, refused or wrong.
 
+pub mod estimate;
 pub mod simulation;
 pub mod study;
 
-pub use simulation::{Layout, random_frame, random_layout, simulate};
-pub use study::{Study, StudyLayout, StudyOutcome};
+pub use estimate::{Estimate, Share};
+pub use simulation::{Layout, contacts, random_frame, random_layout, simulate};
+pub use study::{Study, StudyError, StudyLayout, StudyOutcome};

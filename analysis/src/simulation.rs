@@ -3,7 +3,7 @@
 //! Everything is a function of a seeded generator: the same seed gives the same touches on every machine and for any
 //! number of threads, as each trial has a generator of its own ([`generator`]).
 
-use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Point3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -40,6 +40,17 @@ pub fn random_frame(reach: f64, rng: &mut impl Rng) -> Frame {
     Frame { rotation: UnitQuaternion::new_normalize(q).to_rotation_matrix(), origin }
 }
 
+/// The points at which touches met the surfaces of a `fixture` that stands at `frame`: the foot of each tip centre.
+#[must_use]
+pub fn contacts(fixture: &dyn Fixture, touches: &[Touch], frame: &Frame) -> Layout {
+    let contact = |touch: &Touch| {
+        let tip = frame.to_fixture(&touch.at);
+        let seen = fixture.surfaces()[touch.surface].seen_from(&tip);
+        (touch.surface, tip - seen.normal * seen.distance)
+    };
+    touches.iter().map(contact).collect()
+}
+
 /// What the probe reads when `fixture` stands at `frame` and is touched at `layout`: tip centres in the parent, each
 /// coordinate with normal noise of standard deviation `sigma`.
 ///
@@ -52,13 +63,44 @@ pub fn simulate(
     sigma: f64,
     rng: &mut impl Rng,
 ) -> Vec<Touch> {
-    layout
-        .iter()
-        .map(|(surface, contact)| {
-            let tip = fixture.surfaces()[*surface].tip_center(contact, probe.tip_radius);
-            let noise = Vector3::from(std::array::from_fn::<f64, 3, _>(|_| rng.sample(StandardNormal)));
-            let at = frame.to_parent(&tip) + noise * sigma;
-            Touch { surface: *surface, at, noise: Noise::OfProbe, approach: None }
-        })
-        .collect()
+    let planned = layout.iter().map(|(surface, contact)| Touch::new(*surface, *contact));
+    planned.map(|touch| reading(fixture, &touch, frame, probe.tip_radius, sigma, rng)).collect()
+}
+
+/// What the probe reads for one touch that is `planned` in fixture coordinates, above the foot of its `at` on the
+/// surface: the tip's centre in the parent, with the touch's own noise or else that of `sigma`.
+pub(crate) fn reading(
+    fixture: &dyn Fixture,
+    planned: &Touch,
+    frame: &Frame,
+    tip_radius: f64,
+    sigma: f64,
+    rng: &mut impl Rng,
+) -> Touch {
+    let seen = fixture.surfaces()[planned.surface].seen_from(&planned.at);
+    let tip = planned.at + seen.normal * (tip_radius - seen.distance);
+    let touch = turned(planned, frame.to_parent(&tip), &frame.rotation);
+    let standard = Vector3::from(std::array::from_fn::<f64, 3, _>(|_| rng.sample(StandardNormal)));
+    let noise = match &touch.noise {
+        Noise::OfProbe => standard * sigma,
+        Noise::Sigma(own) => standard * *own,
+        Noise::Covariance(own) => square_root(own) * standard,
+    };
+    Touch { at: touch.at + noise, ..touch }
+}
+
+/// The touch in other axes, which `rotation` leads to: its approach and covariance turned, its place `at`.
+pub(crate) fn turned(touch: &Touch, at: Point3<f64>, rotation: &Rotation3<f64>) -> Touch {
+    let noise = match touch.noise {
+        Noise::Covariance(own) => Noise::Covariance(rotation * own * rotation.transpose()),
+        other => other,
+    };
+    Touch { at, noise, approach: touch.approach.map(|direction| rotation * direction), ..*touch }
+}
+
+/// A matrix whose product with its own transpose is this covariance.
+fn square_root(covariance: &Matrix3<f64>) -> Matrix3<f64> {
+    // Unlike Cholesky's it exists for every covariance that rounding has left.
+    let eigen = covariance.symmetric_eigen();
+    eigen.eigenvectors * Matrix3::from_diagonal(&eigen.eigenvalues.map(|value| value.max(0.0).sqrt()))
 }

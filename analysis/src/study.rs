@@ -1,18 +1,36 @@
 //! How often is a frame right, refused, or wrong? Simulated measurements, solved and held against the truth.
+//!
+//! The truth differs from what the solver is told by all that is stated as uncertain: each trial draws the noise of the
+//! touches, the uncertain parameters of the fixture and the tip radius anew.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::LazyLock};
 
 use nalgebra::{Matrix6, RowVector6};
+use rand::{Rng, RngExt};
+use rand_distr::StandardNormal;
 use rayon::prelude::*;
-use touchref_core::{Fixture, Frame, Probe, Problem, Solver, TouchError, statistics::chi_square_level};
+use thiserror::Error;
+use touchref_core::{
+    Fixture, FixturePlugin, Frame, ParameterError, Probe, Problem, SolveError, Solver, Touch, TouchError,
+    Value, statistics::chi_square_level,
+};
 
-use crate::simulation::{Layout, generator, random_frame, random_layout, simulate};
+use crate::{
+    estimate::{Estimate, Ratio, Share, rate_at_most},
+    simulation::{Layout, generator, random_frame, random_layout, reading, turned},
+};
 
 /// Chance at which an accepted frame counts as wrong: its true error lies outside its own stated covariance.
 pub const WRONG_LEVEL: f64 = 1e-9;
 
+/// Squared errors of a frame, in its own covariance, that a true covariance exceeds with these chances.
+static WRONG: LazyLock<f64> = LazyLock::new(|| chi_square_level(WRONG_LEVEL, 6));
+static REGION_95: LazyLock<f64> = LazyLock::new(|| chi_square_level(0.05, 6));
+
 /// Trials that one thread works through before it takes the next; results do not depend on it, nor on the threads.
 const CHUNK: u64 = 256;
+/// Chunks whose outcomes wait at once to be added up.
+const BLOCK: u64 = 256;
 
 /// Where a study touches the fixture.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,25 +39,61 @@ pub enum StudyLayout {
     Fixed(Layout),
     /// So many touches on each surface, uniform over its reachable part, anew in every trial.
     Random(Vec<usize>),
+    /// The touches of a measurement again in every trial, as they met the fixture where it stood: contact points,
+    /// approach, and noise where a touch states its own.
+    Measured {
+        /// The touches as measured, in the parent.
+        touches: Vec<Touch>,
+        /// Where the fixture stood.
+        frame: Frame,
+    },
 }
 
 /// A series of simulated measurements, each at a frame of its own.
 #[derive(Debug)]
 pub struct Study<'a> {
-    /// The fixture.
+    /// The fixture as the solver knows it.
     pub fixture: &'a dyn Fixture,
+    /// Its plugin, which builds the fixture as it truly is in a trial: uncertain parameters differ from the known ones
+    /// by normal errors of their standard uncertainties.
+    pub plugin: &'a FixturePlugin,
     /// The solver.
     pub solver: &'a dyn Solver,
     /// Where it is touched.
     pub layout: StudyLayout,
-    /// What the solver is told of the probe; its sigma is that of the simulated noise.
+    /// What the solver is told of the probe. Its sigma is that of the simulated noise; the true tip radius differs by a
+    /// normal error of its standard uncertainty.
     pub probe: Probe,
-    /// Frames lie within this distance of the parent's origin along each axis.
+    /// Frames lie within this distance of the parent's origin along each axis. Results do not depend on it, short of
+    /// rounding.
     pub reach: f64,
     /// The same seed gives the same study, whatever the number of threads.
     pub seed: u64,
     /// How many measurements.
     pub trials: u64,
+}
+
+/// Why there is no study.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum StudyError {
+    /// Neither the probe nor the touches state a sigma.
+    #[error("no sigma is stated, so there is no noise to simulate")]
+    NoSigma,
+    /// The probe's numbers, or the touches, do not make a problem.
+    #[error(transparent)]
+    Touches(#[from] TouchError),
+    /// An uncertain parameter, drawn, is none that the fixture can have.
+    #[error("the true fixture of trial {trial} cannot be built: {error}")]
+    Fixture {
+        /// Which trial, from 0.
+        trial: u64,
+        /// What is wrong with the parameter.
+        error: ParameterError,
+    },
+    /// The solver cannot do this in any trial: too few touches, or a fixture that is none for it.
+    #[error(transparent)]
+    Unsuitable(SolveError),
 }
 
 /// What came of a study.
@@ -59,29 +113,51 @@ pub struct StudyOutcome {
     nees: f64,
     /// Accepted frames within their own 95 % region.
     within_95: u64,
-    /// Sums of squares: translation and rotation errors, and what the Cramer-Rao bound predicts for them.
-    errors: [f64; 2],
-    bounds: [f64; 2],
+    /// Squared errors over the Cramer-Rao bound: translation and rotation.
+    over_bound: [Ratio; 2],
 }
 
 impl StudyOutcome {
-    /// Mean squared error of the accepted frames in their own covariance: 6 when it is true.
+    /// Mean squared error of the accepted frames in their own covariance: 6 when that is true. `None` where none was
+    /// accepted.
     #[must_use]
-    pub fn nees_mean(&self) -> f64 {
-        self.nees / self.accepted as f64
+    pub fn nees_mean(&self) -> Option<Estimate> {
+        /// Variance of a chi-square variable with six degrees of freedom.
+        const VARIANCE: f64 = 12.0;
+        let accepted = self.accepted as f64;
+        (self.accepted > 0).then(|| Estimate { value: self.nees / accepted, u: (VARIANCE / accepted).sqrt() })
     }
 
-    /// Part of the accepted frames within their own 95 % region.
+    /// Part of the accepted frames within their own 95 % region. `None` where none was accepted.
     #[must_use]
-    pub fn coverage_95(&self) -> f64 {
-        self.within_95 as f64 / self.accepted as f64
+    pub fn coverage_95(&self) -> Option<Estimate> {
+        let accepted = self.accepted as f64;
+        (self.accepted > 0)
+            .then(|| Estimate { value: self.within_95 as f64 / accepted, u: (0.05 * 0.95 / accepted).sqrt() })
     }
 
-    /// Root mean square error of the accepted frames over the Cramer-Rao bound with known geometry: translation of the
-    /// origin, and rotation.
+    /// Root mean square error of the accepted frames over the Cramer-Rao bound: translation of the origin, and
+    /// rotation. `None` where fewer than two were accepted.
+    ///
+    /// The bound is that with known geometry: 1 for an efficient solver, more where dimensions or the tip radius are
+    /// uncertain, or where a solver does not use what is known of them.
     #[must_use]
-    pub fn rms_over_bound(&self) -> [f64; 2] {
-        [0, 1].map(|i| (self.errors[i] / self.bounds[i]).sqrt())
+    pub fn rms_over_bound(&self) -> Option<[Estimate; 2]> {
+        let [translation, rotation] = self.over_bound.map(|ratio| ratio.root());
+        Some([translation?, rotation?])
+    }
+
+    /// Part of all measurements of which a frame was handed out.
+    #[must_use]
+    pub fn accepted_share(&self) -> Option<Share> {
+        Share::of(self.accepted, self.trials)
+    }
+
+    /// The part of accepted frames that are wrong is below this, with 95 % confidence: "rule of three", where none
+    /// was. `None` where none was accepted.
+    #[must_use]
+    pub fn wrong_at_most(&self) -> Option<f64> {
+        rate_at_most(self.wrong, self.accepted)
     }
 
     fn add(&mut self, other: Self) {
@@ -91,9 +167,8 @@ impl StudyOutcome {
         self.worst = self.worst.max(other.worst);
         self.nees += other.nees;
         self.within_95 += other.within_95;
-        for i in 0..2 {
-            self.errors[i] += other.errors[i];
-            self.bounds[i] += other.bounds[i];
+        for (sum, part) in self.over_bound.iter_mut().zip(other.over_bound) {
+            *sum += part;
         }
         for (code, count) in other.refused {
             *self.refused.entry(code).or_default() += count;
@@ -102,77 +177,157 @@ impl StudyOutcome {
 }
 
 impl Study<'_> {
+    /// Standard deviation of one touch: the probe's, or the root mean square where measured touches state their own.
+    ///
+    /// # Errors
+    /// [`StudyError::NoSigma`]; [`StudyError::Touches`] when measured touches do not make a problem.
+    pub fn sigma(&self) -> Result<f64, StudyError> {
+        let sigma = match &self.layout {
+            StudyLayout::Fixed(_) | StudyLayout::Random(_) => self.probe.sigma,
+            StudyLayout::Measured { touches, .. } => {
+                Problem::new(self.fixture, touches, self.probe)?.reference_sigma()
+            }
+        };
+        sigma.ok_or(StudyError::NoSigma)
+    }
+
+    /// How many touches each surface gets, in the fixture's order.
+    #[must_use]
+    pub fn touches_per_surface(&self) -> Vec<usize> {
+        let touched: Vec<usize> = match &self.layout {
+            StudyLayout::Fixed(layout) => layout.iter().map(|(surface, _)| *surface).collect(),
+            StudyLayout::Random(counts) => return counts.clone(),
+            StudyLayout::Measured { touches, .. } => touches.iter().map(|touch| touch.surface).collect(),
+        };
+        let surfaces = 0..self.fixture.surfaces().len();
+        surfaces.map(|surface| touched.iter().filter(|of| **of == surface).count()).collect()
+    }
+
     /// Makes all measurements, on all threads.
     ///
     /// # Errors
-    /// [`TouchError`] when the probe's numbers, or the layout, do not make a problem.
-    pub fn run(&self) -> Result<StudyOutcome, TouchError> {
-        let chunks: Vec<u64> = (0..self.trials).step_by(usize::try_from(CHUNK).unwrap_or(1)).collect();
-        let outcomes: Vec<Result<StudyOutcome, TouchError>> = chunks
-            .into_par_iter()
-            .map(|first| {
-                let mut outcome = StudyOutcome::default();
-                for trial in first..(first + CHUNK).min(self.trials) {
-                    self.one(trial, &mut outcome)?;
-                }
-                Ok(outcome)
-            })
-            .collect();
-        // In the order of the trials: sums of floating point numbers depend on it.
+    /// The first [`StudyError`].
+    pub fn run(&self) -> Result<StudyOutcome, StudyError> {
+        self.run_with(&|| ())
+    }
+
+    /// The same; calls `progress` after every measurement, from any thread.
+    ///
+    /// # Errors
+    /// The first [`StudyError`].
+    pub fn run_with(&self, progress: &(dyn Fn() + Sync)) -> Result<StudyOutcome, StudyError> {
+        self.sigma()?;
         let mut all = StudyOutcome::default();
-        for outcome in outcomes {
-            all.add(outcome?);
+        let mut first = 0;
+        while first < self.trials {
+            let last = self.trials.min(first.saturating_add(BLOCK * CHUNK));
+            let chunks = (last - first).div_ceil(CHUNK);
+            let outcomes: Vec<Result<StudyOutcome, StudyError>> = (0..chunks)
+                .into_par_iter()
+                .map(|chunk| {
+                    let start = first + chunk * CHUNK;
+                    let mut outcome = StudyOutcome::default();
+                    for trial in start..last.min(start.saturating_add(CHUNK)) {
+                        self.one(trial, &mut outcome)?;
+                        progress();
+                    }
+                    Ok(outcome)
+                })
+                .collect();
+            // In the order of the trials: sums of floating point numbers depend on it.
+            for outcome in outcomes {
+                all.add(outcome?);
+            }
+            first = last;
         }
         Ok(all)
     }
 
     /// The touches of one trial, and the true frame.
-    #[must_use]
-    pub fn measurement(&self, trial: u64) -> (Vec<touchref_core::Touch>, Frame) {
+    ///
+    /// # Errors
+    /// [`StudyError::Fixture`], where an uncertain parameter was drawn out of its range.
+    pub fn measurement(&self, trial: u64) -> Result<(Vec<Touch>, Frame), StudyError> {
         let mut rng = generator(self.seed, trial);
-        let random;
-        let layout = match &self.layout {
-            StudyLayout::Fixed(layout) => layout,
-            StudyLayout::Random(counts) => {
-                random = random_layout(self.fixture, counts, &mut rng);
-                &random
+        let drawn = self.true_fixture(trial, &mut rng)?;
+        let fixture = drawn.as_deref().unwrap_or(self.fixture);
+        let tip_radius = drawn_from(self.probe.tip_radius, self.probe.tip_radius_u, &mut rng);
+        let at_contacts = |layout: &Layout| {
+            layout.iter().map(|(surface, contact)| Touch::new(*surface, *contact)).collect::<Vec<_>>()
+        };
+        let planned = match &self.layout {
+            StudyLayout::Fixed(layout) => at_contacts(layout),
+            StudyLayout::Random(counts) => at_contacts(&random_layout(fixture, counts, &mut rng)),
+            StudyLayout::Measured { touches, frame } => {
+                let to_fixture = frame.rotation.inverse();
+                let planned = |touch: &Touch| turned(touch, frame.to_fixture(&touch.at), &to_fixture);
+                touches.iter().map(planned).collect()
             }
         };
         let truth = random_frame(self.reach, &mut rng);
         let sigma = self.probe.sigma.unwrap_or(0.0);
-        (simulate(self.fixture, layout, &truth, &self.probe, sigma, &mut rng), truth)
+        let read = |touch: &Touch| reading(fixture, touch, &truth, tip_radius, sigma, &mut rng);
+        Ok((planned.iter().map(read).collect(), truth))
     }
 
-    fn one(&self, trial: u64, outcome: &mut StudyOutcome) -> Result<(), TouchError> {
-        let (touches, truth) = self.measurement(trial);
+    /// The fixture as it truly is in a trial; `None` where it is what it is known to be.
+    fn true_fixture(&self, trial: u64, rng: &mut impl Rng) -> Result<Option<Box<dyn Fixture>>, StudyError> {
+        let known = self.fixture.parameters();
+        let uncertain = known.iter().filter_map(|(name, value)| match value {
+            Value::Number { value, u } if *u > 0.0 => Some((name, *value, *u)),
+            _ => None,
+        });
+        let uncertain: Vec<(&str, f64, f64)> = uncertain.collect();
+        if uncertain.is_empty() {
+            return Ok(None);
+        }
+        let drawn = uncertain
+            .into_iter()
+            .fold(known.clone(), |drawn, (name, value, u)| drawn.with(name, drawn_from(value, u, rng)));
+        self.plugin.build(&drawn).map(Some).map_err(|error| StudyError::Fixture { trial, error })
+    }
+
+    fn one(&self, trial: u64, outcome: &mut StudyOutcome) -> Result<(), StudyError> {
+        let (touches, truth) = self.measurement(trial)?;
         let problem = Problem::new(self.fixture, &touches, self.probe)?;
         outcome.trials += 1;
         let solution = match self.solver.solve(&problem) {
             Ok(solution) => solution,
+            // These do not depend on the draw: there is nothing to count.
+            Err(error @ (SolveError::TooFewTouches { .. } | SolveError::Unsupported { .. })) => {
+                return Err(StudyError::Unsuitable(error));
+            }
             Err(refusal) => {
                 *outcome.refused.entry(refusal.code()).or_default() += 1;
                 return Ok(());
             }
         };
-        let error = solution.frame.error_to(&truth);
-        let squared = solution.squared_distance(&truth).unwrap_or(f64::INFINITY);
+        // A frame without a covariance, or that is no number, is as wrong as one can be.
+        let squared = solution.squared_distance(&truth).filter(|v| v.is_finite()).unwrap_or(f64::INFINITY);
         outcome.accepted += 1;
-        outcome.wrong += u64::from(squared > chi_square_level(WRONG_LEVEL, 6));
-        outcome.within_95 += u64::from(squared <= chi_square_level(0.05, 6));
+        outcome.wrong += u64::from(squared > *WRONG);
+        outcome.within_95 += u64::from(squared <= *REGION_95);
         outcome.worst = outcome.worst.max(squared);
         outcome.nees += squared;
         if let Some(bound) = cramer_rao(&problem, &truth) {
-            for (i, rows) in [0..3, 3..6].into_iter().enumerate() {
-                outcome.errors[i] += rows.clone().map(|k| error[k] * error[k]).sum::<f64>();
-                outcome.bounds[i] += rows.map(|k| bound[(k, k)]).sum::<f64>();
+            let error = solution.frame.error_to(&truth);
+            for (ratio, rows) in outcome.over_bound.iter_mut().zip([0..3, 3..6]) {
+                let squared_error = rows.clone().map(|k| error[k] * error[k]).sum();
+                ratio.add(squared_error, rows.map(|k| bound[(k, k)]).sum());
             }
         }
         Ok(())
     }
 }
 
-/// The least covariance that any unbiased estimate of the frame can have, its dimensions known; along the fixture's
-/// axes, about its origin. `None` for a layout that leaves a motion free.
+/// A true value that is known as `value` with the standard uncertainty `u`.
+fn drawn_from(value: f64, u: f64, rng: &mut impl Rng) -> f64 {
+    // What is exact takes no number from the generator.
+    if u > 0.0 { value + u * rng.sample::<f64, _>(StandardNormal) } else { value }
+}
+
+/// The least covariance that any unbiased estimate of the frame can have, its dimensions and the tip radius known;
+/// along the fixture's axes, about its origin. `None` for a layout that leaves a motion free.
 fn cramer_rao(problem: &Problem<'_>, truth: &Frame) -> Option<Matrix6<f64>> {
     let mut information = Matrix6::zeros();
     for index in 0..problem.touches().len() {

@@ -24,6 +24,7 @@ pub(crate) enum Command {
     List(commands::list::Args),
     Describe(commands::describe::Args),
     Simulate(commands::simulate::Args),
+    Study(commands::study::Args),
     Completions(commands::completions::Args),
     Man(commands::man::Args),
 }
@@ -36,6 +37,7 @@ impl Command {
             Self::List(args) => Ok(args.run(registry)),
             Self::Describe(args) => args.run(registry),
             Self::Simulate(args) => args.run(registry),
+            Self::Study(args) => args.run(registry),
             Self::Completions(args) => Ok(args.run()),
             Self::Man(args) => args.run(),
         }

@@ -6,3 +6,4 @@ pub(crate) mod list;
 pub(crate) mod locate;
 pub(crate) mod man;
 pub(crate) mod simulate;
+pub(crate) mod study;

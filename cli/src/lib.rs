@@ -16,6 +16,7 @@
 mod args;
 mod commands;
 mod failure;
+mod layout;
 mod output;
 mod setup;
 mod text;

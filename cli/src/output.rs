@@ -6,6 +6,7 @@ use std::{
 };
 
 use anstream::AutoStream;
+use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use tempfile::NamedTempFile;
 
@@ -79,6 +80,16 @@ pub(crate) fn print(outcome: Result<Output, Failure>, json_errors: bool) -> u8 {
         note(&(line + "\n"));
     }
     after_writing(written, status)
+}
+
+/// A bar for so many steps of long work, on standard error where that is a terminal.
+pub(crate) fn progress(steps: u64) -> ProgressBar {
+    let bar = ProgressBar::new(steps);
+    // The template is right: what cannot be shown only looks otherwise.
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos} of {len}, {eta} left") {
+        bar.set_style(style.progress_chars("##-"));
+    }
+    bar
 }
 
 /// Writes to standard error; there is nobody left to tell when that fails.

@@ -1,9 +1,9 @@
 //! What was measured, from the arguments that every subcommand on a measurement shares.
 
-use std::path::PathBuf;
+use std::{cell::OnceCell, path::PathBuf};
 
 use touchref::{
-    Fixture, Frame, Parameters, Problem, Registry, Solution, Solver,
+    Fixture, Frame, Parameters, Problem, Registry, Solution, SolveError, Solver, Warning,
     io::{Input, InputError, Measurement, TouchSource, Touches, Units, solution::Context},
 };
 
@@ -66,6 +66,8 @@ fn units() -> impl clap::builder::TypedValueParser<Value = Units> {
 pub(crate) struct Setup {
     pub(crate) measurement: Measurement,
     pub(crate) fixture: Box<dyn Fixture>,
+    /// The touches, once they are read: standard input gives them only once.
+    touches: OnceCell<Touches>,
 }
 
 impl MeasurementArgs {
@@ -99,7 +101,7 @@ impl MeasurementArgs {
             measurement.set_sigma(sigma)?;
         }
         let fixture = measurement.fixture(registry)?;
-        Ok(Setup { measurement, fixture })
+        Ok(Setup { measurement, fixture, touches: OnceCell::new() })
     }
 }
 
@@ -127,39 +129,63 @@ fn build_solver(registry: &Registry, name: &str) -> Result<Box<dyn Solver>, Inpu
 }
 
 impl Setup {
+    /// Whether the measurement has touches, or names a table of them.
+    pub(crate) fn has_touches(&self) -> bool {
+        self.measurement.touches != TouchSource::Absent
+    }
+
     /// The measurement's touches, their surfaces found.
-    pub(crate) fn touches(&self) -> Result<Touches, InputError> {
-        self.measurement.touches(&*self.fixture)
+    pub(crate) fn touches(&self) -> Result<&Touches, InputError> {
+        if let Some(touches) = self.touches.get() {
+            return Ok(touches);
+        }
+        let touches = self.measurement.touches(&*self.fixture)?;
+        Ok(self.touches.get_or_init(|| touches))
+    }
+
+    /// What the user should know of the touches, as far as they are read.
+    pub(crate) fn warnings(&self) -> &[Warning] {
+        self.touches.get().map_or(&[], |touches| &touches.warnings)
+    }
+
+    /// The measurement for a solver.
+    pub(crate) fn problem(&self) -> Result<Problem<'_>, InputError> {
+        Ok(Problem::new(&*self.fixture, &self.touches()?.touches, self.measurement.probe)?)
     }
 
     /// Solves for the frame, expected near `near` if that is given.
-    pub(crate) fn solve(
-        &self,
-        solver: &dyn Solver,
-        touches: &Touches,
-        near: Option<Frame>,
-    ) -> Result<Solution, Failure> {
-        let problem = Problem::new(&*self.fixture, &touches.touches, self.measurement.probe);
-        let problem = problem.map_err(InputError::from)?;
+    pub(crate) fn solve(&self, solver: &dyn Solver, near: Option<Frame>) -> Result<Solution, Failure> {
+        let problem = self.problem()?;
         let problem = near.map_or(problem, |frame| problem.near(frame));
-        solver.solve(&problem).map_err(|error| {
-            Failure::Refused(Box::new(Refused {
-                error,
-                units: self.measurement.units,
-                touches: touches.records.clone(),
-                file: touches.file.clone(),
-            }))
-        })
+        solver.solve(&problem).map_err(|error| self.refused(error))
+    }
+
+    /// A refusal, with the touches it is about.
+    pub(crate) fn refused(&self, error: SolveError) -> Failure {
+        let touches = self.touches.get();
+        Failure::Refused(Box::new(Refused {
+            error,
+            units: self.measurement.units,
+            touches: touches.map_or(Vec::new(), |touches| touches.records.clone()),
+            file: touches.map_or(String::new(), |touches| touches.file.clone()),
+        }))
     }
 
     /// What a result repeats of the measurement.
-    pub(crate) fn context<'a>(&'a self, touches: &'a Touches) -> Context<'a> {
-        Context {
+    pub(crate) fn context(&self) -> Result<Context<'_>, InputError> {
+        Ok(Context {
             kind: self.fixture.kind(),
             parameters: self.fixture.parameters(),
             units: self.measurement.units,
             probe: &self.measurement.probe,
-            touches: &touches.records,
-        }
+            touches: &self.touches()?.records,
+        })
     }
+}
+
+/// No sigma where noise is to be simulated.
+pub(crate) fn no_sigma() -> InputError {
+    InputError::new("missing-key", "no sigma is stated, so there is no noise to simulate")
+        .with_key("probe.sigma")
+        .with_help("give --sigma S, or `sigma` under [probe]")
 }

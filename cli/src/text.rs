@@ -5,10 +5,12 @@ mod number;
 mod plugins;
 mod sheet;
 mod solution;
+mod study;
 
 pub(crate) use failure::failure;
 pub(crate) use plugins::{description, listing};
 pub(crate) use solution::solution;
+pub(crate) use study::study;
 
 /// How text may look where it is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

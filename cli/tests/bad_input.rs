@@ -130,6 +130,20 @@ fixture without radius  | locate --fixture cylinder-plane               | missin
 nothing to locate       | locate                                        | usage           | <MEASUREMENT>    |
 file and fixture        | locate m.toml --fixture cylinder-plane        | usage           | [MEASUREMENT]    |
 unknown --units         | locate --fixture cylinder-plane --units cm    | usage           | --units <UNIT>   |
+study, unknown layout   | study m.toml --layout nominl                  | usage           | --layout <LAYOUT> | nominal
+study, no trials        | study m.toml --trials 0                       | usage           | --trials <N>     |
+study, trials a word    | study m.toml --trials many                    | usage           | --trials <N>     |
+study, sigma 0          | study m.toml --sigma 0                        | invalid-input   | probe.sigma      |
+study, sigma nan        | study m.toml --sigma nan                      | invalid-input   | probe.sigma      |
+study, sigma overflows  | study m.toml --layout nominal --sigma 1e308   | invalid-input   |                  |
+study, unknown solver   | study m.toml --solver closed-from             | unknown-solver  | solver           | closed-form
+study, no threads       | study m.toml --threads 0                      | usage           | --threads <N>    |
+study, too few touches  | study m.toml --layout random --touches-per-surface 3,3 | too-few-touches |         |
+study, counts of one    | study m.toml --layout random --touches-per-surface 4   | invalid-input | touches-per-surface |
+study, nothing touched  | study m.toml --layout random --touches-per-surface 0,0 | too-few-touches |         |
+study, radius negative  | study m.toml --layout nominal -p radius=1+-1  | invalid-input   | fixture.radius   |
+study, endless          | study m.toml --layout nominal -p radius=1+-1 --trials 18446744073709551615 | invalid-input | fixture.radius |
+study, no measurement   | study --fixture cylinder-plane -p radius=1 --layout measurement --sigma 1 | too-few-touches | |
 unknown subcommand      | lcate m.toml                                  | usage           | lcate            | locate
 unknown option          | locate m.toml --solvr x                       | usage           | --solvr          | --solver
 unknown name            | describe cylinder-plan                        | unknown-name    | name             | cylinder-plane

@@ -91,6 +91,8 @@ fn arguments_take_the_place_of_the_file() {
     assert_papers_frame(&result);
     assert_eq!(result["fixture"]["parameters"]["radius"], serde_json::json!({ "value": 1.0, "u": 0.001 }));
     assert_eq!(result["probe"]["sigma"], 1e-4);
+    let text = String::from_utf8(folder.run(&args, b"").stdout).unwrap();
+    assert!(text.contains("radius = 1.0 +- 0.001"), "{text}");
 }
 
 #[test]
@@ -191,6 +193,130 @@ fn simulation_needs_a_sigma_and_somewhere_to_write() {
     assert_eq!(fs::read_dir(folder.0.path()).unwrap().count(), 1, "nothing is left behind");
 }
 
+/// What `study` prints as JSON for the paper's measurement and these further arguments.
+fn study(folder: &Folder, args: &[&str]) -> Value {
+    let (status, result) = folder.json(&[&["study", "m.toml", "--trials", "300"], args].concat(), b"");
+    assert_eq!(status, 0, "{args:?}: {result}");
+    result
+}
+
+#[test]
+fn a_study_tells_how_often_frames_are_right_refused_or_wrong() {
+    let folder = Folder::new().with("m.toml", paper());
+    let layouts = [
+        ("measurement", &[][..]),
+        ("nominal", &["--layout", "nominal"]),
+        ("random", &["--layout", "random"]),
+    ];
+    for (layout, args) in layouts {
+        let result = study(&folder, args);
+        let number = |key: &str| result[key].as_u64().unwrap();
+        assert_eq!((&result["schema"], &result["layout"]), (&"touchref.study/1".into(), &layout.into()));
+        assert_eq!((number("trials"), number("seed"), number("wrong")), (300, 0, 0), "{result}");
+        assert_eq!(result["sigma"], 5e-5);
+        assert!(result["solver"].is_string() && result["units"] == "mm", "{result}");
+        assert_eq!(result["fixture"]["kind"], "cylinder-plane");
+        assert_eq!(result["touches_per_surface"], serde_json::json!({ "cylinder": 4, "plane": 3 }));
+        let refused = result["refused"].as_object().unwrap().values().map(|n| n.as_u64().unwrap());
+        assert_eq!(number("accepted") + refused.sum::<u64>(), 300, "{result}");
+        assert!(number("accepted") > 150, "{result}");
+        for (of, u, expected) in [
+            (&result["nees_mean"], &result["nees_mean_u"], 6.0),
+            (&result["coverage_95"], &result["coverage_95_u"], 0.95),
+        ] {
+            let (of, u) = (of.as_f64().unwrap(), u.as_f64().unwrap());
+            // Five standard deviations.
+            assert!((of - expected).abs() < 5.0 * u, "{layout}: {of} +- {u}");
+        }
+        for part in ["translation", "rotation"] {
+            let (ratio, u) = (&result["rms_over_bound"][part], &result["rms_over_bound_u"][part]);
+            let (ratio, u) = (ratio.as_f64().unwrap(), u.as_f64().unwrap());
+            assert!(ratio > 1.0 - 5.0 * u, "{layout}, {part}: {ratio} +- {u}");
+        }
+        let at_most = result["wrong_rate_at_most"].as_f64().unwrap() * number("accepted") as f64;
+        assert!((at_most - 2.9957).abs() < 1e-3, "the rule of three: {at_most}");
+    }
+}
+
+#[test]
+fn a_study_depends_on_its_seed_and_on_nothing_else() {
+    let folder = Folder::new().with("m.toml", paper());
+    let run = |args: &[&str]| study(&folder, &[&["--layout", "random"], args].concat());
+    let one = run(&["--seed", "3", "--threads", "1"]);
+    assert_eq!(one, run(&["--seed", "3", "--threads", "2"]));
+    assert_eq!(one, run(&["--seed", "3"]));
+    assert_ne!(one["nees_mean"], run(&["--seed", "4"])["nees_mean"]);
+}
+
+#[test]
+fn a_study_for_people_names_what_counts_and_shows_no_bar_in_a_pipe() {
+    let folder = Folder::new().with("m.toml", paper());
+    let output = folder.run(&["study", "m.toml", "--trials", "200", "--layout", "nominal"], b"");
+    let (text, complaint) = (String::from_utf8(output.stdout).unwrap(), output.stderr);
+    assert!(text.is_ascii() && complaint.is_empty(), "{text}{}", String::from_utf8_lossy(&complaint));
+    for part in
+        ["No frame was wrong.", "accepted", "95 % confidence", "NEES", "bound", "seed 0", "radius = 1.0"]
+    {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+}
+
+#[test]
+fn a_study_without_a_frame_has_no_numbers_to_tell() {
+    let folder = Folder::new().with("m.toml", paper());
+    let result = study(&folder, &["--layout", "nominal", "--sigma", "50"]);
+    assert_eq!(result["accepted"], 0);
+    for key in ["nees_mean", "nees_mean_u", "coverage_95", "coverage_95_u", "wrong_rate_at_most"] {
+        assert!(result[key].is_null(), "{key}: {result}");
+    }
+    assert_eq!(result["rms_over_bound"], serde_json::json!({ "translation": null, "rotation": null }));
+    let output =
+        folder.run(&["study", "m.toml", "--trials", "20", "--layout", "nominal", "--sigma", "50"], b"");
+    assert_eq!(output.status.code(), Some(0));
+    assert!(String::from_utf8(output.stdout).unwrap().starts_with("No frame was handed out"));
+}
+
+#[test]
+fn a_study_of_a_measurement_needs_its_frame_and_a_sigma() {
+    let refused = paper().replace("radius = 1.0", "radius = 1.04");
+    let folder = Folder::new().with("m.toml", &refused).with("t.csv", TABLE);
+    let (status, result) = folder.json(&["study", "m.toml", "--trials", "9"], b"");
+    assert_eq!((status, result["error"]["code"].as_str()), (1, Some("inconsistent")), "{result}");
+    // Where it stands matters to the measurement's own layout only.
+    assert_eq!(study(&folder, &["--layout", "random"])["layout"], "random");
+
+    let folder = Folder::new().with("m.toml", paper().replace("sigma = 0.00005", ""));
+    for layout in ["nominal", "random", "measurement"] {
+        let (status, result) = folder.json(&["study", "m.toml", "--layout", layout], b"");
+        assert_eq!((status, result["error"]["key"].as_str()), (2, Some("probe.sigma")), "{result}");
+        assert!(result["error"]["help"].as_str().unwrap().contains("--sigma"));
+    }
+    // Touches that say themselves how sure they are need no sigma of the probe.
+    let table: String = TABLE
+        .lines()
+        .enumerate()
+        .map(|(row, line)| line.to_owned() + if row == 0 { ",sigma\n" } else { ",0.00005\n" })
+        .collect();
+    let bare = without_touches().replace("sigma = 0.00005", "");
+    let folder = Folder::new().with("m.toml", bare).with("t.csv", table);
+    let result = study(&folder, &["--touches", "t.csv"]);
+    assert!(result["probe"]["sigma"].is_null() && result["accepted"].as_u64() > Some(250), "{result}");
+    assert!((result["sigma"].as_f64().unwrap() - 5e-5).abs() < 1e-15);
+}
+
+#[test]
+fn random_touches_are_as_many_as_were_measured_or_as_asked_for() {
+    let more = format!("{TABLE}plane,2.9250,3.8000,4.2148,x8\n");
+    let folder = Folder::new().with("m.toml", without_touches()).with("t.csv", more);
+    let counts = |args: &[&str]| {
+        let result = study(&folder, &[&["--layout", "random"], args].concat());
+        result["touches_per_surface"].clone()
+    };
+    assert_eq!(counts(&["--touches", "t.csv"]), serde_json::json!({ "cylinder": 4, "plane": 4 }));
+    assert_eq!(counts(&["--touches-per-surface", "6,5"]), serde_json::json!({ "cylinder": 6, "plane": 5 }));
+    assert_eq!(counts(&[]), serde_json::json!({ "cylinder": 4, "plane": 3 }));
+}
+
 #[test]
 fn the_example_of_every_fixture_is_a_measurement() {
     let (_, listed) = Folder::new().json(&["list", "fixtures"], b"");
@@ -233,7 +359,9 @@ fn completions_and_manual_pages_come_from_the_same_definition() {
     }
     assert!(String::from_utf8(folder.run(&["man"], b"").stdout).unwrap().contains("touchref"));
     assert_eq!(folder.run(&["man", "."], b"").status.code(), Some(0));
-    assert!(folder.0.path().join("touchref-locate.1").exists());
+    for page in ["touchref-locate.1", "touchref-study.1"] {
+        assert!(folder.0.path().join(page).exists(), "{page}");
+    }
 }
 
 #[test]

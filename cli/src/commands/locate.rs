@@ -45,11 +45,10 @@ impl Args {
         let near =
             self.near.as_deref().map(read_frame).transpose().map_err(|error| error.with_key("near"))?;
         let setup = self.measurement.load(registry)?;
-        let touches = setup.touches()?;
-        let solution = setup.solve(&*solver, &touches, near)?;
+        let solution = setup.solve(&*solver, near)?;
 
-        let mut record = SolutionRecord::new(&setup.context(&touches), &solution);
-        record.warnings.extend(touches.warnings.iter().map(WarningRecord::from));
+        let mut record = SolutionRecord::new(&setup.context()?, &solution);
+        record.warnings.extend(setup.warnings().iter().map(WarningRecord::from));
         record.dialects = dialects
             .iter()
             .map(|dialect| {

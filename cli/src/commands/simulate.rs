@@ -5,20 +5,20 @@ use std::{
     path::PathBuf,
 };
 
-use clap::ValueEnum;
 use touchref::{
     Fixture, Frame, Probe, Registry,
-    analysis::{Layout, random_layout, simulate, simulation::generator},
+    analysis::{Layout, contacts, random_layout, simulate, simulation::generator},
     io::{
-        InputError, TouchSource, Touches, Units, read_frame,
+        Units, read_frame,
         write::{Columns, Row, TableWriter},
     },
 };
 
 use crate::{
     failure::Failure,
+    layout::{LayoutArgs, LayoutKind},
     output::{Output, write_file},
-    setup::{MeasurementArgs, Setup, default_solver},
+    setup::{MeasurementArgs, default_solver, no_sigma},
 };
 
 /// Simulate touches: a touch table with noise, from a seed
@@ -35,29 +35,14 @@ pub(crate) struct Args {
     /// How many placements; with more than one the table has a column `placement`
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     count: u64,
-    /// Where the fixture is touched [default: measurement if it has touches, else nominal]
-    #[arg(long, value_enum, value_name = "LAYOUT")]
-    layout: Option<LayoutKind>,
+    #[command(flatten)]
+    layout: LayoutArgs,
     /// True frame: x,y,z,qx,qy,qz,qw or a result file
     #[arg(long, value_name = "FRAME", allow_hyphen_values = true)]
     frame: Option<String>,
-    /// Touches on each surface of a random layout, in the fixture's order [default: the fewest]
-    #[arg(long, value_name = "A,B,...", value_delimiter = ',')]
-    touches_per_surface: Vec<usize>,
     /// File to write [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-}
-
-/// Where a fixture is touched.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum LayoutKind {
-    /// The layout that the fixture recommends
-    Nominal,
-    /// Uniform over the reachable surfaces, anew for every placement
-    Random,
-    /// Where the measurement touched it
-    Measurement,
 }
 
 /// What is simulated, all of it known.
@@ -85,27 +70,21 @@ impl Args {
         let frame =
             self.frame.as_deref().map(read_frame).transpose().map_err(|error| error.with_key("frame"))?;
         let setup = self.measurement.load(registry)?;
-        let Some(sigma) = setup.measurement.probe.sigma else {
-            return Err(InputError::new(
-                "missing-key",
-                "no sigma is stated, so there is no noise to simulate",
-            )
-            .with_key("probe.sigma")
-            .with_help("give --sigma S, or `sigma` under [probe]")
-            .into());
-        };
-        let has_touches = setup.measurement.touches != TouchSource::Absent;
-        let layout =
-            self.layout.unwrap_or(if has_touches { LayoutKind::Measurement } else { LayoutKind::Nominal });
-        let measured = if layout == LayoutKind::Measurement || (has_touches && frame.is_none()) {
-            Some(measured(&setup, registry)?)
+        let sigma = setup.measurement.probe.sigma.ok_or_else(no_sigma)?;
+        let layout = self.layout.kind(&setup);
+        let measured = if layout == LayoutKind::Measurement || (setup.has_touches() && frame.is_none()) {
+            Some(setup.solve(&*default_solver(registry)?, None)?.frame)
         } else {
             None
         };
-        let true_frame = frame.or(measured.as_ref().map(|(_, frame)| *frame)).unwrap_or_else(Frame::identity);
+        let true_frame = frame.or(measured).unwrap_or_else(Frame::identity);
         let contacts = match (layout, &measured) {
-            (LayoutKind::Measurement, Some((touches, frame))) => contacts_of(&*setup.fixture, touches, frame),
-            (LayoutKind::Random, _) => Contacts::Random(self.counts(&*setup.fixture)?),
+            (LayoutKind::Measurement, Some(frame)) => {
+                let touches = setup.touches()?;
+                let ids = touches.records.iter().map(|record| record.id.clone()).collect();
+                Contacts::Fixed(contacts(&*setup.fixture, &touches.touches, frame), ids)
+            }
+            (LayoutKind::Random, _) => Contacts::Random(self.layout.counts(&setup)?),
             _ => {
                 let layout = setup.fixture.nominal_layout();
                 let ids = vec![None; layout.len()];
@@ -127,41 +106,6 @@ impl Args {
             None => Ok(Output::stream(move |output| plan.write(output))),
         }
     }
-
-    /// How many touches each surface gets in a random layout.
-    fn counts(&self, fixture: &dyn Fixture) -> Result<Vec<usize>, InputError> {
-        let surfaces = fixture.surfaces().len();
-        if self.touches_per_surface.is_empty() {
-            let fewest = fixture.requirement().alternatives.first();
-            return Ok(fewest.cloned().unwrap_or_else(|| vec![1; surfaces]));
-        }
-        if self.touches_per_surface.len() == surfaces {
-            return Ok(self.touches_per_surface.clone());
-        }
-        let names: Vec<&str> = fixture.surfaces().iter().map(|surface| surface.name.as_str()).collect();
-        let given = self.touches_per_surface.len();
-        Err(InputError::new("invalid-input", format!("{given} counts are given for {surfaces} surfaces"))
-            .with_key("touches-per-surface")
-            .with_help(format!("give one count for each of {}", names.join(", "))))
-    }
-}
-
-/// The measurement's touches, and the frame in which they place the fixture.
-fn measured(setup: &Setup, registry: &Registry) -> Result<(Touches, Frame), Failure> {
-    let touches = setup.touches()?;
-    let solution = setup.solve(&*default_solver(registry)?, &touches, None)?;
-    Ok((touches, solution.frame))
-}
-
-/// The points at which the tip met the surfaces: every touch brought back onto its surface.
-fn contacts_of(fixture: &dyn Fixture, touches: &Touches, frame: &Frame) -> Contacts {
-    let contact = |touch: &touchref::Touch| {
-        let tip = frame.to_fixture(&touch.at);
-        let seen = fixture.surfaces()[touch.surface].seen_from(&tip);
-        (touch.surface, tip - seen.normal * seen.distance)
-    };
-    let ids = touches.records.iter().map(|record| record.id.clone()).collect();
-    Contacts::Fixed(touches.touches.iter().map(contact).collect(), ids)
 }
 
 impl Plan {

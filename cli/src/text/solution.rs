@@ -2,7 +2,7 @@
 
 use touchref::io::{
     SolutionRecord,
-    solution::{ProbeRecord, ResidualRecord, RootRecord, TrustRecord},
+    solution::{FixtureRecord, ProbeRecord, ResidualRecord, RootRecord, TrustRecord},
 };
 
 use super::{
@@ -101,7 +101,7 @@ fn basis(sheet: &mut Sheet, record: &SolutionRecord) {
         record.solver,
         probe(&record.probe, sheet.plus_minus(), units)
     ));
-    sheet.prose(&format!("fixture {}", fixture(record)));
+    sheet.prose(&format!("fixture {}", fixture(&record.fixture, sheet.plus_minus())));
     let misfit = match (record.chi_square, record.p_value) {
         (Some(chi_square), Some(p)) => format!("chi-square {}, p = {}", short(chi_square), short(p)),
         (Some(chi_square), None) => format!("chi-square {}", short(chi_square)),
@@ -129,7 +129,8 @@ fn counted(count: usize, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
-fn probe(probe: &ProbeRecord, plus_minus: &str, units: &str) -> String {
+/// Sigma and tip radius.
+pub(super) fn probe(probe: &ProbeRecord, plus_minus: &str, units: &str) -> String {
     let sigma = match probe.sigma {
         Some(sigma) => format!("sigma {} {units}", short(sigma)),
         None => "no sigma of the probe".to_owned(),
@@ -142,13 +143,16 @@ fn probe(probe: &ProbeRecord, plus_minus: &str, units: &str) -> String {
     format!("{sigma}, {tip}")
 }
 
-fn fixture(record: &SolutionRecord) -> String {
-    let parameters = record.fixture.parameters.iter().map(|(name, value)| match value {
-        serde_json::Value::String(word) => format!("{name} = {word}"),
-        other => format!("{name} = {other}"),
-    });
+/// Kind and parameters.
+pub(super) fn fixture(fixture: &FixtureRecord, plus_minus: &str) -> String {
+    let parameters =
+        fixture.parameters.iter().map(|(name, value)| match (value, value.get("value"), value.get("u")) {
+            (_, Some(number), Some(u)) => format!("{name} = {number} {plus_minus} {u}"),
+            (serde_json::Value::String(word), ..) => format!("{name} = {word}"),
+            (other, ..) => format!("{name} = {other}"),
+        });
     let list = parameters.collect::<Vec<_>>().join(", ");
-    if list.is_empty() { record.fixture.kind.clone() } else { format!("{}: {list}", record.fixture.kind) }
+    if list.is_empty() { fixture.kind.clone() } else { format!("{}: {list}", fixture.kind) }
 }
 
 /// A table of roots: where, which dimensions they imply, and what became of them.

@@ -25,8 +25,7 @@ const TIP_RADIUS: f64 = 1.5;
 const SIGMA: f64 = 0.01;
 /// How far the parent's origin may be.
 const REACH: f64 = 1000.0;
-/// Length of a step on each ball, degrees of freedom: three touches on each are three more than unknowns. The level that
-/// a consistent frame exceeds with a chance of 1e-6.
+/// The squared misfit that the true frame of nine touches, three more than unknowns, exceeds with a chance of 1e-6.
 const LEVEL: f64 = 30.66;
 
 fn three_sphere(sides: [f64; 3], radii: impl Into<Value>) -> Box<dyn Fixture> {
@@ -209,18 +208,21 @@ fn the_nominal_layout_is_accepted() {
 /// Whatever the layout: no accepted frame is wrong, and labels that are right are never called mixed up.
 #[test]
 fn random_layouts_are_right_or_refused() {
-    const TRIALS: u64 = 10_000;
-    /// Of 200 000 such trials none was wrong and 65 % were accepted: touches near a great circle do not tell a centre.
-    const ACCEPTED: f64 = 0.62;
+    const TRIALS: u64 = 5_000;
+    /// Parts accepted: three touches near a great circle, or near each other, do not tell a centre by themselves, as the
+    /// closed form wants it; five seldom lie so.
+    const ACCEPTED: [(usize, f64); 2] = [(3, 0.60), (5, 0.98)];
     let (fixture, solver) = (three_sphere(SIDES, RADIUS), support::solver("closed-form"));
-    let (fixture, solver, probe) = (&*fixture, &*solver, probe(Some(SIGMA)));
-    let layout = StudyLayout::Random(vec![3; 3]);
-    let study = Study { fixture, solver, layout, probe, reach: REACH, seed: 34, trials: TRIALS };
-    let outcome = study.run().unwrap();
-    println!("accepted {}, refused {:?}", outcome.accepted, outcome.refused);
-    assert_eq!(outcome.wrong, 0);
-    assert!(outcome.accepted as f64 > ACCEPTED * TRIALS as f64);
-    assert!(!outcome.refused.contains_key("invalid-input"), "{:?}", outcome.refused);
+    for (touches, accepted) in ACCEPTED {
+        let (fixture, solver, probe) = (&*fixture, &*solver, probe(Some(SIGMA)));
+        let layout = StudyLayout::Random(vec![touches; 3]);
+        let study = Study { fixture, solver, layout, probe, reach: REACH, seed: 34, trials: TRIALS };
+        let outcome = study.run().unwrap();
+        println!("{touches} touches each: accepted {}, refused {:?}", outcome.accepted, outcome.refused);
+        assert_eq!(outcome.wrong, 0);
+        assert!(outcome.accepted as f64 > accepted * TRIALS as f64);
+        assert!(!outcome.refused.contains_key("invalid-input"), "{:?}", outcome.refused);
+    }
 }
 
 /// Descends from a frame by Levenberg and Marquardt's steps, on the distances of the tip centres from the balls' centres:
@@ -749,7 +751,8 @@ fn roots_and_candidates_allocate_nothing() {
 
 #[test]
 fn parameters_are_checked_in_words() {
-    let table: [(&[(&str, f64)], &[f64], &str); 9] = [
+    type Numbers<'a> = &'a [(&'a str, f64)];
+    let table: [(Numbers<'_>, &[f64], &str); 9] = [
         (
             &[("radius", 10.0), ("ab", 300.0), ("bc", 120.0), ("ca", 100.0)],
             &[],
@@ -761,7 +764,7 @@ fn parameters_are_checked_in_words() {
             "below the sum of the other two, 220.0",
         ),
         (&[("radius", 10.0), ("ab", 100.0), ("bc", 120.0), ("ca", 220.0)], &[], "too flat"),
-        (&[("radius", 10.0), ("ab", 1e-300), ("bc", 1e300), ("ca", 1e300)], &[], "too flat"),
+        (&[("radius", 10.0), ("ab", 1e-300), ("bc", 1e300), ("ca", 1e300)], &[], "they make"),
         (&[("ab", 100.0), ("bc", 120.0), ("ca", 110.0)], &[], "`radius` is missing"),
         (&[("radius", 10.0), ("ab", 100.0), ("ca", 110.0)], &[], "`bc` is missing"),
         (

@@ -375,7 +375,10 @@ mod tests {
         let both = one.with("radii", [1.0; 3]).checked(&specs).unwrap_err();
         assert_eq!(both.to_string(), "parameter `radii` is given beside `radius`; expected one of the two");
         let none = Parameters::new().checked(&specs).unwrap_err();
-        assert_eq!(none.to_string(), "parameter `radius` is missing; expected length > 0: radius, or `radii`");
+        assert_eq!(
+            none.to_string(),
+            "parameter `radius` is missing; expected length > 0: radius, or `radii`"
+        );
     }
 
     #[test]

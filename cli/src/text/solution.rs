@@ -101,7 +101,7 @@ fn basis(sheet: &mut Sheet, record: &SolutionRecord) {
         record.solver,
         probe(&record.probe, sheet.plus_minus(), units)
     ));
-    sheet.prose(&format!("fixture {}", fixture(record)));
+    sheet.prose(&format!("fixture {}", fixture(record, sheet.plus_minus())));
     let misfit = match (record.chi_square, record.p_value) {
         (Some(chi_square), Some(p)) => format!("chi-square {}, p = {}", short(chi_square), short(p)),
         (Some(chi_square), None) => format!("chi-square {}", short(chi_square)),
@@ -142,9 +142,12 @@ fn probe(probe: &ProbeRecord, plus_minus: &str, units: &str) -> String {
     format!("{sigma}, {tip}")
 }
 
-fn fixture(record: &SolutionRecord) -> String {
+fn fixture(record: &SolutionRecord, plus_minus: &str) -> String {
     let parameters = record.fixture.parameters.iter().map(|(name, value)| match value {
         serde_json::Value::String(word) => format!("{name} = {word}"),
+        serde_json::Value::Object(uncertain) => {
+            format!("{name} = {} {plus_minus} {}", uncertain["value"], uncertain["u"])
+        }
         other => format!("{name} = {other}"),
     });
     let list = parameters.collect::<Vec<_>>().join(", ");

@@ -21,7 +21,7 @@ pub(crate) struct MeasurementArgs {
     /// Kind of the fixture, instead of a measurement file
     #[arg(long, value_name = "KIND")]
     fixture: Option<String>,
-    /// Parameter of the fixture, as `radius=15`, `radius=15+-0.002`, `ab=[1,2,3]`; may be repeated
+    /// Parameter of the fixture, as `radius=15`, `radius=15+-0.002`, `radii=[12,12,15]`; may be repeated
     #[arg(short, long = "parameter", value_name = "NAME=VALUE", value_parser = name_and_value)]
     parameters: Vec<(String, String)>,
     /// Touch table (CSV), or - for standard input

@@ -127,6 +127,14 @@ near without rotation   | locate m.toml --near -1,2,3,0,0,0,0           | invali
 near no result file     | locate m.toml --near m.toml                   | invalid-input   | near             |
 unknown --fixture       | locate --fixture cilinder-plane               | unknown-fixture | fixture.kind     | cylinder-plane
 fixture without radius  | locate --fixture cylinder-plane               | missing-key     | radius           |
+no triangle             | locate --fixture three-sphere -p radius=9 -p ab=300 -p bc=120 -p ca=100 | invalid-input | ab |
+too flat a triangle     | locate --fixture three-sphere -p radius=9 -p ab=100 -p bc=220 -p ca=120 | invalid-input | bc |
+radius and radii        | locate --fixture three-sphere -p radius=9 -p radii=[9,9,8] -p ab=99 -p bc=99 -p ca=99 | invalid-input | radii |
+neither                 | locate --fixture three-sphere -p ab=99 -p bc=99 -p ca=99 | missing-key | radius    |
+two radii               | locate --fixture three-sphere -p radii=9,9 -p ab=99 -p bc=99 -p ca=99 | invalid-input | radii |
+radii no numbers        | locate --fixture three-sphere -p radii=[9,9,x] | invalid-input  | radii            |
+a ball within another   | locate --fixture three-sphere -p radii=9,9,60 -p ab=50 -p bc=50 -p ca=50 | invalid-input | radii |
+unknown -p of balls     | locate --fixture three-sphere -p raddii=9,9,9 | unknown-key     | raddii           | radii
 nothing to locate       | locate                                        | usage           | <MEASUREMENT>    |
 file and fixture        | locate m.toml --fixture cylinder-plane        | usage           | [MEASUREMENT]    |
 unknown --units         | locate --fixture cylinder-plane --units cm    | usage           | --units <UNIT>   |

@@ -5,6 +5,7 @@ mod common;
 
 use std::{
     fs,
+    path::Path,
     process::{Command, Stdio},
 };
 
@@ -80,6 +81,39 @@ fn the_paper_in_every_form_of_input() {
         let (status, result) = folder.json(args, stdin.as_bytes());
         assert_eq!(status, 0, "{args:?}: {result}");
         assert_papers_frame(&result);
+    }
+}
+
+/// The example of three balls: where its comment says that they stand, in every way to state their radii.
+#[test]
+fn three_balls_in_every_form_of_input() {
+    // Ten standard deviations.
+    const TOLERANCE: f64 = 0.05;
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/three-sphere.toml");
+    let example = fs::read_to_string(file).unwrap();
+    let listed = example.replace("radius = 12.7", "radii = [12.7, 12.7, 12.7]");
+    let without = example.replace("radius = 12.7\n", "");
+    let folder =
+        Folder::new().with("one.toml", &example).with("three.toml", &listed).with("none.toml", &without);
+    let radii = serde_json::json!([12.7, 12.7, 12.7]);
+    let cases: [(&[&str], &str, Value); 5] = [
+        (&["one.toml"], "radius", 12.7.into()),
+        (&["three.toml"], "radii", radii.clone()),
+        (&["none.toml", "-p", "radius=12.7"], "radius", 12.7.into()),
+        (&["none.toml", "-p", "radii=[12.7, 12.7, 12.7]"], "radii", radii.clone()),
+        (&["none.toml", "-p", "radii=12.7,12.7,12.7"], "radii", radii),
+    ];
+    for (args, name, value) in cases {
+        let (status, result) = folder.json(&[&["locate"], args].concat(), b"");
+        assert_eq!(status, 0, "{args:?}: {result}");
+        assert_eq!(result["fixture"]["parameters"][name], value, "{args:?}");
+        assert_eq!(result["roots"].as_array().unwrap().len(), 8);
+        let origin = numbers(&result["frame"]["origin"]);
+        let off = origin.iter().zip([412.6, -188.3, 95.2]).map(|(got, want)| (got - want).abs());
+        assert!(off.fold(0.0, f64::max) < TOLERANCE, "{origin:?}");
+        let text = folder.run(&[&["locate"], args].concat(), b"").stdout;
+        let text = String::from_utf8(text).unwrap();
+        assert!(text.contains(&format!("{name} = ")) && text.contains("ab = 110.004 +- 0.001"), "{text}");
     }
 }
 

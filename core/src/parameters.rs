@@ -11,10 +11,22 @@ pub struct ParameterSpec {
     pub name: &'static str,
     /// Which values it takes.
     pub kind: ParameterKind,
-    /// The value taken when it is not given; `None` for a parameter that must be given.
+    /// The value taken when it is not given, or [`INSTEAD_OF`] another; `None` for a parameter that must be given.
     pub default: Option<&'static str>,
     /// What it means, in one line.
     pub meaning: &'static str,
+}
+
+/// How the default of a parameter begins that may take the place of another one, and else is left out:
+/// `"instead of radius"`.
+pub const INSTEAD_OF: &str = "instead of ";
+
+impl ParameterSpec {
+    /// The parameter whose place this one may take: either is given, not both.
+    #[must_use]
+    pub fn replaces(&self) -> Option<&'static str> {
+        self.default?.strip_prefix(INSTEAD_OF)
+    }
 }
 
 /// Which values a parameter takes.
@@ -146,7 +158,8 @@ impl Parameters {
     /// Checks every value against its description and fills in the defaults.
     ///
     /// # Errors
-    /// The first unknown name (with the nearest known one), missing parameter, or value of the wrong kind or range.
+    /// The first unknown name (with the nearest known one), missing parameter, value of the wrong kind or range, or
+    /// parameter given beside the one whose place it would take.
     pub fn checked(&self, specs: &[ParameterSpec]) -> Result<Self, ParameterError> {
         for (name, value) in self.iter() {
             let spec = specs.iter().find(|spec| spec.name == name).ok_or_else(|| {
@@ -157,18 +170,32 @@ impl Parameters {
         }
         let mut complete = Self::new();
         for spec in specs {
-            match (self.get(spec.name), spec.default) {
-                (Some(value), _) => complete.set(spec.name, value.clone()),
-                (None, Some(default)) => {
-                    if let Some(value) = parse(spec.kind, default) {
+            let replacement = specs.iter().find(|other| other.replaces() == Some(spec.name));
+            let replaced_by = replacement.filter(|other| self.get(other.name).is_some());
+            match (self.get(spec.name), replaced_by, spec.default) {
+                (Some(_), Some(other), _) => {
+                    return Err(ParameterError {
+                        name: other.name.to_owned(),
+                        problem: format!("is given beside `{}`", spec.name),
+                        expected: "one of the two".to_owned(),
+                        nearest: None,
+                    });
+                }
+                (Some(value), ..) => complete.set(spec.name, value.clone()),
+                (None, Some(_), _) => {}
+                (None, None, Some(default)) => {
+                    if spec.replaces().is_none()
+                        && let Some(value) = parse(spec.kind, default)
+                    {
                         complete.set(spec.name, value);
                     }
                 }
-                (None, None) => {
+                (None, None, None) => {
+                    let or = replacement.map_or(String::new(), |other| format!(", or `{}`", other.name));
                     return Err(ParameterError {
                         name: spec.name.to_owned(),
                         problem: "is missing".to_owned(),
-                        expected: format!("{}: {}", spec.kind, spec.meaning),
+                        expected: format!("{}: {}{or}", spec.kind, spec.meaning),
                         nearest: None,
                     });
                 }
@@ -330,6 +357,28 @@ mod tests {
     fn defaults_fill_in() {
         let checked = Parameters::new().with("radius", 2.0).checked(SPECS).unwrap();
         assert_eq!((checked.number("angle_deg"), checked.word("side")), (45.0, "behind"));
+    }
+
+    #[test]
+    fn one_parameter_may_take_the_place_of_another() {
+        let radii = ParameterSpec {
+            name: "radii",
+            kind: ParameterKind::Lengths3,
+            default: Some("instead of radius"),
+            meaning: "three radii",
+        };
+        let specs = [SPECS[0], radii];
+        let (one, each) = (Parameters::new().with("radius", 1.0), Parameters::new().with("radii", [1.0; 3]));
+        for given in [&one, &each] {
+            assert_eq!(&given.checked(&specs).unwrap(), given);
+        }
+        let both = one.with("radii", [1.0; 3]).checked(&specs).unwrap_err();
+        assert_eq!(both.to_string(), "parameter `radii` is given beside `radius`; expected one of the two");
+        let none = Parameters::new().checked(&specs).unwrap_err();
+        assert_eq!(
+            none.to_string(),
+            "parameter `radius` is missing; expected length > 0: radius, or `radii`"
+        );
     }
 
     #[test]

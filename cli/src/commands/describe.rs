@@ -64,7 +64,7 @@ pub(crate) struct ParameterDescription {
     pub(crate) name: &'static str,
     /// Which values it takes, in words.
     pub(crate) takes: String,
-    /// `null` for one that must be given.
+    /// `null` for one that must be given; `instead of NAME` for one that may take the place of another.
     pub(crate) default: Option<&'static str>,
     pub(crate) meaning: &'static str,
 }
@@ -152,10 +152,11 @@ fn example(plugin: &FixturePlugin, registry: &Registry) -> String {
     write::measurement(plugin.name, parameters, Units::Millimetre, &probe, &touches)
 }
 
-/// A value of a parameter that has no default.
+/// A value of a parameter that has no default: radii of 20 and distances of 100 go together.
 fn plausible(spec: &ParameterSpec) -> Value {
     match spec.kind {
-        ParameterKind::Length => Value::from(20.0),
+        ParameterKind::Length if spec.name.contains("radius") => Value::from(20.0),
+        ParameterKind::Length => Value::from(100.0),
         ParameterKind::Lengths3 => Value::from([20.0; 3]),
         ParameterKind::Angle { above, below } => Value::from(0.5 * (above + below)),
         ParameterKind::Choice(words) => Value::from(words.first().copied().unwrap_or_default()),

@@ -325,9 +325,16 @@ impl ParameterError {
 pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     /// Below this Jaro-Winkler likeness a suggestion confuses more than it helps.
     const LIKENESS: f64 = 0.75;
+    /// What a name loses that is like another only without the marks around it: `x` for `+x`.
+    const MARKS: f64 = 0.99;
+    let like = |a: &str, b: &str| strsim::jaro_winkler(a, b);
+    let bare = |name: &str| name.trim_matches(|c: char| !c.is_alphanumeric()).to_owned();
     let lower = name.to_lowercase();
     known
-        .map(|candidate| (strsim::jaro_winkler(&lower, &candidate.to_lowercase()), candidate))
+        .map(|candidate| {
+            let known = candidate.to_lowercase();
+            (like(&lower, &known).max(MARKS * like(&bare(&lower), &bare(&known))), candidate)
+        })
         .filter(|(likeness, _)| *likeness > LIKENESS)
         .max_by(|(a, first), (b, second)| a.total_cmp(b).then(second.cmp(first)))
         .map(|(_, candidate)| candidate)
@@ -398,5 +405,15 @@ mod tests {
             assert!(error.to_string().contains(message), "{error}");
             assert_eq!(error.nearest.as_deref(), nearest);
         }
+    }
+
+    #[test]
+    fn marks_around_a_name_are_easily_forgotten() {
+        let faces = ["+x", "-x", "+y", "-y", "+z", "-z"];
+        let table = [("x", "+x"), ("Y", "+y"), ("z-", "+z"), ("-X", "-x"), ("+ z", "+z")];
+        for (name, expected) in table {
+            assert_eq!(nearest(name, faces.into_iter()), Some(expected), "{name}");
+        }
+        assert_eq!(nearest("?", faces.into_iter()), None);
     }
 }

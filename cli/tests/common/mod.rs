@@ -1,5 +1,7 @@
 //! What the tests of the command share: the paper's measurement, and running the command on files of their own.
 
+#![allow(dead_code)] // Each test uses its own part.
+
 use std::{fs, path::Path, process::Output};
 
 use serde_json::Value;

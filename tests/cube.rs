@@ -714,7 +714,8 @@ fn study(layout: StudyLayout, trials: u64, seed: u64) -> StudyOutcome {
     let (fixture, solver) = (cube(EDGE), support::solver("closed-form"));
     let (fixture, solver) = (&*fixture, &*solver);
     let probe = probe(Some(SIGMA));
-    let outcome = Study { fixture, solver, layout, probe, reach: 1000.0, seed, trials }.run().unwrap();
+    let plugin = &touchref::fixtures::cube::PLUGIN;
+    let outcome = Study { fixture, plugin, solver, layout, probe, reach: 1000.0, seed, trials }.run().unwrap();
     println!(
         "accepted {} of {trials}, wrong {}, NEES {:.3}, refused {:?}",
         outcome.accepted,

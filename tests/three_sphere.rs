@@ -193,16 +193,18 @@ fn the_nominal_layout_is_accepted() {
     let (fixture, solver) = (three_sphere(SIDES, RADIUS), support::solver("closed-form"));
     let layout = StudyLayout::Fixed(fixture.nominal_layout());
     let (fixture, solver, probe) = (&*fixture, &*solver, probe(Some(SIGMA)));
-    let study = Study { fixture, solver, layout, probe, reach: REACH, seed: 33, trials: TRIALS };
+    let plugin = &touchref::fixtures::three_sphere::PLUGIN;
+    let study = Study { fixture, plugin, solver, layout, probe, reach: REACH, seed: 33, trials: TRIALS };
     let outcome = study.run().unwrap();
-    println!("accepted {}, refused {:?}, NEES {:.3}", outcome.accepted, outcome.refused, outcome.nees_mean());
+    let nees = outcome.nees_mean().unwrap();
+    println!("accepted {}, refused {:?}, NEES {nees}", outcome.accepted, outcome.refused);
     let inconsistent = outcome.refused.get("inconsistent").copied().unwrap_or(0);
     assert_eq!(outcome.accepted + inconsistent, TRIALS);
     // One in a thousand is expected; five standard deviations more.
     assert!(inconsistent < 17, "{inconsistent}");
     assert_eq!(outcome.wrong, 0);
     // Three standard deviations of the mean of chi-square with six degrees of freedom, and 0.05 for what acceptance cuts.
-    assert!((outcome.nees_mean() - 6.0).abs() < 3.0 * (12.0 / TRIALS as f64).sqrt() + 0.05);
+    assert!((nees.value - 6.0).abs() < 3.0 * (12.0 / TRIALS as f64).sqrt() + 0.05);
 }
 
 /// Whatever the layout: no accepted frame is wrong, and labels that are right are never called mixed up.
@@ -216,7 +218,8 @@ fn random_layouts_are_right_or_refused() {
     for (touches, accepted) in ACCEPTED {
         let (fixture, solver, probe) = (&*fixture, &*solver, probe(Some(SIGMA)));
         let layout = StudyLayout::Random(vec![touches; 3]);
-        let study = Study { fixture, solver, layout, probe, reach: REACH, seed: 34, trials: TRIALS };
+        let plugin = &touchref::fixtures::three_sphere::PLUGIN;
+        let study = Study { fixture, plugin, solver, layout, probe, reach: REACH, seed: 34, trials: TRIALS };
         let outcome = study.run().unwrap();
         println!("{touches} touches each: accepted {}, refused {:?}", outcome.accepted, outcome.refused);
         assert_eq!(outcome.wrong, 0);

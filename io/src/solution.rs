@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use touchref_core::{
-    Covariance, Limit, Measure, Motion, Observability, Parameters, Probe, Residual, RootReport, SigmaSource,
-    Solution, Trust, Twist, Value, Warning,
+    Adjustment, Covariance, Iteration, Limit, Measure, Motion, Observability, Parameters, Probe, Residual,
+    RootReport, SigmaSource, Solution, Trust, Twist, Value, Warning,
 };
 
 use crate::{FrameRecord, TouchRecord, Units};
@@ -45,6 +45,12 @@ pub struct SolutionRecord {
     pub covariance: Option<CovarianceRecord>,
     /// Every root, and why all but one are out.
     pub roots: Vec<RootRecord>,
+    /// Uncertain dimensions and tip radius that were unknowns beside the frame.
+    #[serde(default)]
+    pub adjustments: Vec<AdjustmentRecord>,
+    /// How the iteration ended, where there was one.
+    #[serde(default)]
+    pub iteration: Option<IterationRecord>,
     /// The margin within which the frame stands.
     pub trust: TrustRecord,
     /// What the touches see.
@@ -91,6 +97,8 @@ impl SolutionRecord {
             p_value: solution.p_value.and_then(finite),
             covariance: solution.covariance.as_ref().map(CovarianceRecord::from),
             roots: solution.roots.iter().map(RootRecord::from).collect(),
+            adjustments: solution.adjustments.iter().map(AdjustmentRecord::from).collect(),
+            iteration: solution.iteration.map(IterationRecord::from),
             trust: TrustRecord::from(&solution.trust),
             observability: ObservabilityRecord::from(&solution.observability),
             warnings: solution.warnings.iter().map(WarningRecord::from).collect(),
@@ -241,6 +249,51 @@ impl From<&RootReport> for RootRecord {
             selected: root.selected,
             reason: root.reason.clone(),
         }
+    }
+}
+
+/// An uncertain quantity that was an unknown beside the frame: a length, or degrees.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct AdjustmentRecord {
+    /// Name of the fixture's parameter, or `tip_radius`.
+    pub name: String,
+    /// As stated.
+    pub nominal: Option<f64>,
+    /// Standard uncertainty of that.
+    pub nominal_u: Option<f64>,
+    /// As estimated.
+    pub value: Option<f64>,
+    /// Standard uncertainty of that.
+    pub u: Option<f64>,
+    /// How far it moved, in standard uncertainties of the nominal value.
+    pub moved: Option<f64>,
+}
+
+impl From<&Adjustment> for AdjustmentRecord {
+    fn from(adjustment: &Adjustment) -> Self {
+        Self {
+            name: adjustment.name.to_owned(),
+            nominal: finite(adjustment.nominal),
+            nominal_u: finite(adjustment.nominal_u),
+            value: finite(adjustment.value),
+            u: finite(adjustment.u),
+            moved: finite(adjustment.moved()),
+        }
+    }
+}
+
+/// How an iteration ended.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct IterationRecord {
+    /// Steps made.
+    pub steps: usize,
+    /// The criterion that ended it: `gradient`, `step` or `cost`.
+    pub stopped_by: String,
+}
+
+impl From<Iteration> for IterationRecord {
+    fn from(iteration: Iteration) -> Self {
+        Self { steps: iteration.steps, stopped_by: iteration.stopped_by.to_owned() }
     }
 }
 

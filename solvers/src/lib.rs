@@ -4,8 +4,9 @@
 //!
 //! The squared misfit at the true frame follows chi-square with one degree of freedom per touch, whatever the geometry.
 //! So the frames below a level are an exact confidence set, and each connected piece of that set holds a local minimum
-//! of the misfit. A solver therefore looks for **every** minimum (the fixture's closed form, the same with the plane's
-//! normal tilted within its noise, and a scan of all axis directions give the starts), and accepts the best one when
+//! of the misfit. A solver therefore looks for **every** minimum (the fixture's
+//! [`candidates`](touchref_core::ClosedForm::candidates) are starts wherever the noise does not rule a frame out), and
+//! accepts the best one when
 //!
 //! | condition | else refused as |
 //! |---|---|

@@ -117,6 +117,18 @@ fn basis(sheet: &mut Sheet, record: &SolutionRecord) {
         let sigma = short_or_dash(covariance.sigma);
         sheet.prose(&format!("uncertainties: standard, for a sigma of {sigma} {units} ({source})"));
     }
+    for adjusted in &record.adjustments {
+        let plus_minus = sheet.plus_minus();
+        sheet.prose(&format!(
+            "{} moved from {} {plus_minus} {} to {} {plus_minus} {}: by {} of its standard uncertainty",
+            adjusted.name,
+            short_or_dash(adjusted.nominal),
+            short_or_dash(adjusted.nominal_u),
+            short_or_dash(adjusted.value),
+            short_or_dash(adjusted.u),
+            short_or_dash(adjusted.moved),
+        ));
+    }
     sheet.prose(&format!(
         "seen by the touches: {} of 6 motions, condition {}; weakest is a {}",
         record.observability.rank,

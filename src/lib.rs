@@ -93,6 +93,7 @@
 //!   them.
 
 pub use touchref_analysis as analysis;
+pub use touchref_analysis::conformance;
 pub use touchref_core::*;
 pub use touchref_fixtures as fixtures;
 pub use touchref_io as io;

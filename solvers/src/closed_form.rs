@@ -22,7 +22,7 @@ use crate::{
         self, Account, Bounds, INCONSISTENT, Judgement, Minimum, curvature_bound, degenerate,
         degrees_of_freedom, rank_lost, rise_bound,
     },
-    levenberg_marquardt::descend,
+    levenberg_marquardt::{descend, settled},
     model::{Extra, Model, Quantity, SquareRoot, State, with_unknowns},
     words::short,
 };
@@ -169,11 +169,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
         }
         let is_root = self.problem.touches().len() <= 6 + measured.len();
         if !is_root {
-            state = descend(&self.free_model, state).state;
-            // The descent is damped to the end; a last step is not.
-            if let Some(step) = self.free_model.square_root(&state).step() {
-                state = state.moved(&step);
-            }
+            state = settled(&self.free_model, descend(&self.free_model, state).state);
         }
         let square_root = self.free_model.square_root(&state);
         let q = measured.len();

@@ -73,6 +73,24 @@ pub(crate) fn descend_unless<const P: usize>(
     Some(Descent { state, chi_square: normal.chi_square })
 }
 
+/// The minimum to rounding, from where a descent ended: Gauss-Newton's steps, undamped and by orthogonal transformation,
+/// as long as they shrink. Beside large residuals they do so only by the residuals' part of the radii of curvature.
+pub(crate) fn settled<const P: usize>(model: &Model<'_, P>, end: State) -> State {
+    let size = model.problem.fixture().size();
+    let mut state = end;
+    let mut shortest = f64::INFINITY;
+    for _ in 0..STEPS {
+        let Some(step) = model.square_root(&state).step() else { break };
+        let length = length_of(&step, size);
+        if length.partial_cmp(&shortest) != Some(std::cmp::Ordering::Less) {
+            break;
+        }
+        state = state.moved(&step);
+        shortest = length;
+    }
+    state
+}
+
 /// Length of a step with rotations scaled by the fixture's size; extras count as lengths.
 fn length_of<const P: usize>(step: &[f64; P], size: f64) -> f64 {
     let (lengths, turns) = step.split_at(P - 3);

@@ -207,6 +207,8 @@ impl ClosedForm for Broken {
 
     fn roots(&self, problem: &Problem<'_>, emit: &mut dyn FnMut(Root)) -> Result<(), SolveError> {
         let touches = problem.touches();
+        let coincident = touches[1..].iter().any(|touch| touch.at == touches[0].at);
+        assert!(self.fault != Fault::Panics || !coincident, "touches coincide");
         let surface_points = Probe { tip_radius: 0.0, ..*problem.probe() };
         let without_tip = Problem::new(&*self.sound, touches, surface_points).unwrap();
         let mut roots =
@@ -219,10 +221,6 @@ impl ClosedForm for Broken {
             Fault::UnitAssumed => roots.retain(|root| root.measures[0].abs() < 50.0),
             Fault::PathForRadius => {
                 roots.iter_mut().for_each(|root| root.measures[0] += problem.probe().tip_radius);
-            }
-            Fault::Panics => {
-                let first = touches.iter().position(|touch| touch.at == touches[0].at);
-                assert!(touches[1..].iter().all(|t| t.at != touches[first.unwrap()].at), "coincident");
             }
             Fault::NotANumber if touches[0].at.coords.norm() > 1e12 => {
                 roots.iter_mut().for_each(|root| root.frame.origin.x = f64::NAN);

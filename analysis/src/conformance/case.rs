@@ -4,8 +4,8 @@ use nalgebra::{Point3, Vector3};
 use rand::{Rng, RngExt, seq::SliceRandom};
 use rand_distr::StandardNormal;
 use touchref_core::{
-    Fixture, FixturePlugin, Frame, ParameterKind, ParameterSpec, Parameters, Probe, Problem, Shape,
-    Touch, Value,
+    Fixture, FixturePlugin, Frame, ParameterKind, ParameterSpec, Parameters, Probe, Problem, Shape, Touch,
+    Value,
 };
 
 use super::{Suite, without_panic};
@@ -240,14 +240,7 @@ impl Subject<'_> {
         ]
     }
 
-    fn view(
-        &self,
-        what: &'static str,
-        case: &Case,
-        order: Vec<usize>,
-        motion: Frame,
-        unit: f64,
-    ) -> View<'_> {
+    fn view(&self, what: &'static str, case: &Case, order: Vec<usize>, motion: Frame, unit: f64) -> View<'_> {
         let fixture = if unit == 1.0 { &*self.fixture } else { &*self.in_other_unit };
         let seen = |from: &usize| {
             let touch = case.touches[*from];

@@ -162,11 +162,7 @@ fn surfaces(subject: &Subject<'_>) -> Finding {
             );
         }
     }
-    Ok(format!(
-        "{} points on each of {} surfaces",
-        subject.suite.trials,
-        subject.fixture.surfaces().len()
-    ))
+    Ok(format!("{} points on each of {} surfaces", subject.suite.trials, subject.fixture.surfaces().len()))
 }
 
 /// What makes the numbers of a surface a surface.
@@ -254,9 +250,9 @@ fn dimensions(subject: &Subject<'_>) -> Finding {
     for trial in 0..subject.suite.trials {
         let at = places(&mut rng);
         let vary = |value: &f64| value * (1.0 + VARIED * rng.random_range(-1.0..=1.0));
-        let values: Vec<f64> =
-            if trial == 0 { nominal.clone() } else { nominal.iter().map(vary).collect() };
-        let other = if trial == 0 { None } else { subject.plugin.build(&with_dimensions(subject, &values)).ok() };
+        let values: Vec<f64> = if trial == 0 { nominal.clone() } else { nominal.iter().map(vary).collect() };
+        let other =
+            if trial == 0 { None } else { subject.plugin.build(&with_dimensions(subject, &values)).ok() };
         let expected = if trial == 0 { Some(fixture) } else { other.as_deref() };
         for (surface, at) in at.iter().enumerate() {
             let name = &fixture.surfaces()[surface].name;
@@ -484,7 +480,8 @@ fn invariance(subject: &Subject<'_>) -> Finding {
 fn condition_of_root(subject: &Subject<'_>, problem: &Problem<'_>, root: &Root) -> f64 {
     let fixture = &*subject.fixture;
     let measured = fixture.closed_form().map_or(&[][..], |closed_form| closed_form.measured());
-    let deviations = measured.iter().zip(root.measures).map(|(m, value)| value - fixture.dimensions()[*m].value);
+    let deviations =
+        measured.iter().zip(root.measures).map(|(m, value)| value - fixture.dimensions()[*m].value);
     condition_at(problem, &subject.measured(), &root.frame, deviations.collect())
 }
 
@@ -616,10 +613,8 @@ fn null_space(subject: &Subject<'_>) -> Finding {
         let Some(end) = descend(&problem, &[], &reference.frame.moved(&off)) else {
             return Err(format!("{}: no minimum is found from beside the design frame", case.what));
         };
-        let (apart, bound) = (
-            end.frame.twist_to(&reference.frame).extent(subject.size()),
-            RECOVERED * reference.condition,
-        );
+        let (apart, bound) =
+            (end.frame.twist_to(&reference.frame).extent(subject.size()), RECOVERED * reference.condition);
         ensure!(
             apart <= bound,
             "{}: the minimum is {apart:.2e} from the design frame (parts of the size, radians), at most {bound:.1e}",
@@ -638,7 +633,8 @@ fn null_space(subject: &Subject<'_>) -> Finding {
 
 /// How far beside the design frame a descent starts: parts of the size, radians.
 const START: f64 = 1e-4;
-/// Reference frames come back to this times their condition: parts of the size, radians.
+/// Frames of exact touches and of reference data come back to this times their condition: parts of the size, radians.
+/// Coordinates ten sizes away round to 2e-15 of a size.
 pub(super) const RECOVERED: f64 = 1e-12;
 
 /// Reference data on random places, residuals between a millionth and a twentieth of the size, and the measurement

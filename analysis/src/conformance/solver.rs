@@ -117,9 +117,6 @@ fn description(subject: &Subject<'_>) -> Finding {
 }
 
 fn exact(subject: &Subject<'_>) -> Finding {
-    /// Parts of the size and radians, for a condition of one: coordinates ten sizes away round to 2e-15 of a size, and
-    /// a descent may stop a little short of the minimum.
-    const EXACT: f64 = 1e-11;
     let (mut accepted, mut count, mut worst) = (0, 0, 0.0_f64);
     for places in Places::ALL {
         for case in subject.fixture.cases(places, 0.0, Some(subject.fixture.sigma()), REGULAR)? {
@@ -129,7 +126,7 @@ fn exact(subject: &Subject<'_>) -> Finding {
                     let problem = Problem::new(&*subject.fixture.fixture, &case.touches, case.probe);
                     let problem = problem.map_err(|error| error.to_string())?;
                     let off = subject.apart(&case.truth, &solution.frame);
-                    let bound = EXACT * condition(&problem, &subject.fixture.measured(), &case.truth);
+                    let bound = RECOVERED * condition(&problem, &subject.fixture.measured(), &case.truth);
                     ensure!(
                         off <= bound,
                         "{}: the frame is off by {off:.2e} (parts of the size, radians), at most {bound:.1e}",
@@ -182,7 +179,11 @@ fn noisy(subject: &Subject<'_>) -> Finding {
         if places == Places::Nominal {
             ensure!(accepted >= ACCEPTED * trials as f64, "nominal layout: only {}", told[0]);
             let chance = CHANCE * (VARIANCE / accepted).sqrt();
-            ensure!((mean - 6.0).abs() <= chance, "nominal layout: {}, 6 within {chance:.2} expected", told[0]);
+            ensure!(
+                (mean - 6.0).abs() <= chance,
+                "nominal layout: {}, 6 within {chance:.2} expected",
+                told[0]
+            );
         }
     }
     Ok(told.join("; "))
@@ -244,7 +245,11 @@ fn residuals(subject: &Subject<'_>, problem: &Problem<'_>, solution: &Solution) 
     }
     let squares = solution.residuals.iter().map(|residual| residual.length.powi(2)).sum::<f64>();
     let rms = (squares / touches as f64).sqrt();
-    ensure!((solution.rms - rms).abs() <= ROUNDING * rms, "the rms is told as {}, and is {rms}", solution.rms);
+    ensure!(
+        (solution.rms - rms).abs() <= ROUNDING * rms,
+        "the rms is told as {}, and is {rms}",
+        solution.rms
+    );
     Ok(())
 }
 
@@ -253,7 +258,8 @@ fn misfit(subject: &Subject<'_>, problem: &Problem<'_>, solution: &Solution) -> 
     let degrees = solution.degrees_of_freedom;
     let most = problem.touches().len() - 6;
     ensure!(degrees <= most, "{degrees} degrees of freedom, {most} touches beyond the frame's six");
-    let at_frame: f64 = solution.residuals.iter().filter_map(|residual| residual.normalized).map(|n| n * n).sum();
+    let at_frame: f64 =
+        solution.residuals.iter().filter_map(|residual| residual.normalized).map(|n| n * n).sum();
     let least = match subject.claim {
         Claim::LeastSquares => at_frame * (1.0 - ROUNDING) - ROUNDING,
         _ => {
@@ -261,7 +267,8 @@ fn misfit(subject: &Subject<'_>, problem: &Problem<'_>, solution: &Solution) -> 
             free.map_or(0.0, |minimum| minimum.chi_square * (1.0 - FIRST_ORDER)) - ROUNDING
         }
     };
-    let greatest = at_frame * if subject.claim == Claim::LeastSquares { 1.0 } else { 1.0 + FIRST_ORDER } + ROUNDING;
+    let greatest =
+        at_frame * if subject.claim == Claim::LeastSquares { 1.0 } else { 1.0 + FIRST_ORDER } + ROUNDING;
     ensure!(
         chi_square >= least && chi_square <= greatest,
         "chi-square is told as {chi_square}, and is between {least} and {greatest}"
@@ -369,14 +376,16 @@ fn same_outcome(
     };
     let off = other.squared_distance(&view.of(&one.frame)).ok_or("no covariance")?.sqrt();
     ensure!(off <= FRAME, "the frames are {off:.1e} standard deviations apart");
-    let close = |got: f64, expected: f64| got == expected || (got - expected).abs() <= NUMBER * expected.abs();
+    let close =
+        |got: f64, expected: f64| got == expected || (got - expected).abs() <= NUMBER * expected.abs();
     let chi_squares = [one, other].map(|solution| solution.chi_square.unwrap_or(f64::NAN));
     ensure!((chi_squares[1] - chi_squares[0]).abs() <= NUMBER, "chi-squares {chi_squares:?}");
     let (trust, seen) = (&one.trust, &other.trust);
     for (bound, got) in [(trust.from_sigma, seen.from_sigma), (trust.up_to_sigma, seen.up_to_sigma)] {
         ensure!(close(got, bound * view.unit), "a bound of trust is {got}, not {}", bound * view.unit);
     }
-    let [before, seen] = [one, other].map(|solution| solution.covariance.map(|c| c.matrix).unwrap_or_default());
+    let [before, seen] =
+        [one, other].map(|solution| solution.covariance.map(|c| c.matrix).unwrap_or_default());
     let scale = |k: usize| if k < 3 { view.unit } else { 1.0 };
     let scaled = Matrix6::from_fn(|i, j| before[(i, j)] * scale(i) * scale(j));
     let expected = view.motion.to_parent_axes(&scaled);
@@ -399,7 +408,8 @@ fn refusals(subject: &Subject<'_>) -> Finding {
     let case = subject.fixture.case(Places::Nominal, 0, 0.0, Some(sigma));
     for count in 1..case.touches.len() {
         let fewer = Case { touches: case.touches[..count].to_vec(), ..case.clone() };
-        let problem = Problem::new(fixture, &fewer.touches, fewer.probe).map_err(|error| error.to_string())?;
+        let problem =
+            Problem::new(fixture, &fewer.touches, fewer.probe).map_err(|error| error.to_string())?;
         if problem.require_enough().is_ok() {
             break;
         }
@@ -461,10 +471,12 @@ fn no_sigma(subject: &Subject<'_>) -> Finding {
             // The answer is conditional; where its condition is met, it must be true.
             let trust = &solution.trust;
             if trust.from_sigma * EDGE < sigma && sigma * EDGE < trust.up_to_sigma {
-                let with_sigma =
-                    Case { probe: Probe { sigma: Some(sigma), ..case.probe }, ..case.clone() };
+                let with_sigma = Case { probe: Probe { sigma: Some(sigma), ..case.probe }, ..case.clone() };
                 let mut stated = subject.solve(&with_sigma)?.map_err(|refusal| {
-                    told(format!("it stands from {} to {}, but {refusal}", trust.from_sigma, trust.up_to_sigma))
+                    told(format!(
+                        "it stands from {} to {}, but {refusal}",
+                        trust.from_sigma, trust.up_to_sigma
+                    ))
                 })?;
                 stated.frame = solution.frame;
                 let squared = stated.squared_distance(&case.truth);

@@ -40,8 +40,8 @@ use touchref_core::{Fixture, Frame, Probe, Problem, Quantity, Shape, Touch, Twis
 /// most ten times as far as it would without residuals.
 pub const LEAST_STEEPNESS: f64 = 0.1;
 
-/// Columns of a Jacobian whose singular value is below this part of the largest carry rounding alone.
-const ROUNDING: f64 = 1e-12;
+/// Condition from which on the weakest motion is seen by rounding alone.
+const MOST_CONDITION: f64 = 1e12;
 /// A touch whose residual is not what it was moved by, to this part of the fixture's size, has crossed an axis or a
 /// centre.
 const CROSSED: f64 = 1e-9;
@@ -112,12 +112,11 @@ impl NullSpace<'_> {
         let problem = Problem::new(self.fixture, &exact, self.probe).ok()?;
         let misfit = Misfit { problem: &problem, unknowns: self.unknowns };
         let rows = misfit.rows(&misfit.start(&Frame::identity()));
-        let svd = rows.jacobian.clone().svd(true, false);
-        let taken_up = svd.u?;
-        let (largest, smallest) = (svd.singular_values.max(), svd.singular_values.min());
-        if rows.jacobian.nrows() <= rows.jacobian.ncols() || smallest <= ROUNDING * largest {
+        let condition = rows.condition();
+        if condition > MOST_CONDITION || rows.jacobian.nrows() == rows.jacobian.ncols() {
             return None;
         }
+        let taken_up = rows.jacobian.svd(true, false).u?;
 
         let mut whitened = DVector::from_fn(exact.len(), |_, _| rng.sample::<f64, _>(StandardNormal));
         // Once leaves rounding times the condition of the projection; twice is enough.
@@ -148,7 +147,7 @@ impl NullSpace<'_> {
             touches: self.touches(&self.frame, &residuals),
             frame: self.frame,
             residuals,
-            condition: largest / smallest,
+            condition,
             steepness,
         })
     }
@@ -369,7 +368,9 @@ impl Rows {
     }
 
     fn condition(&self) -> f64 {
-        if self.jacobian.nrows() < self.jacobian.ncols() {
+        // The decomposition would never settle on numbers that are not finite.
+        let finite = self.jacobian.iter().all(|v| v.is_finite());
+        if !finite || self.jacobian.nrows() < self.jacobian.ncols() {
             return f64::INFINITY;
         }
         let singular = self.jacobian.singular_values();

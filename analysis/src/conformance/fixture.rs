@@ -633,8 +633,8 @@ fn null_space(subject: &Subject<'_>) -> Finding {
 
 /// How far beside the design frame a descent starts: parts of the size, radians.
 const START: f64 = 1e-4;
-/// Frames of exact touches and of reference data come back to this times their condition: parts of the size, radians.
-/// Coordinates ten sizes away round to 2e-15 of a size.
+/// Frames of reference data come back to this times their condition: parts of the size, radians. Coordinates ten sizes
+/// away round to 2e-15 of a size.
 pub(super) const RECOVERED: f64 = 1e-12;
 
 /// Reference data on random places, residuals between a millionth and a twentieth of the size, and the measurement

@@ -66,20 +66,19 @@ fn description(subject: &Subject<'_>) -> Finding {
 
 /// What holds of the parameters of every plugin.
 pub(super) fn documented<P: Plugin>(plugin: &P, complete: &Parameters) -> Result<(), String> {
+    /// The default of a parameter that may be left out.
+    const LEFT_OUT: &str = "none";
     /// A name that no plugin has.
     const UNKNOWN: &str = "no such parameter";
     for (index, ParameterSpec { name, kind, default, meaning }) in plugin.parameters().iter().enumerate() {
         ensure!(!meaning.trim().is_empty(), "nothing is said of parameter `{name}`");
         let twice = plugin.parameters()[..index].iter().any(|other| other.name == *name);
         ensure!(!twice, "two parameters are named `{name}`");
-        if let Some(default) = default {
-            let value = parse(*kind, default);
-            ensure!(value.is_some(), "the default of `{name}`, {default:?}, is no {kind}");
-        }
+        let value = default.filter(|default| *default != LEFT_OUT).map(|default| parse(*kind, default));
+        ensure!(value != Some(None), "the default of `{name}`, {default:?}, is no {kind}");
+        let given = complete.get(name).is_some() || *default == Some(LEFT_OUT);
+        ensure!(given, "`{name}` has no value");
     }
-    let told = complete.iter().count();
-    let documented = plugin.parameters().len();
-    ensure!(told == documented, "{documented} parameters are documented, but only {told} have a value");
     match plugin.build(&complete.clone().with(UNKNOWN, 1.0)) {
         Err(error) if error.name == UNKNOWN => Ok(()),
         Err(error) => Err(format!("an unknown parameter is refused with other words: {error}")),
@@ -281,8 +280,10 @@ fn is_its_parameter(subject: &Subject<'_>, dimension: &Dimension) -> Result<(), 
     /// An uncertainty that any dimension may have, in parts of its value.
     const UNCERTAIN: f64 = 1e-3;
     let Dimension { name, value, quantity, .. } = *dimension;
-    let specs = subject.plugin.parameters;
-    ensure!(specs.iter().any(|spec| spec.name == name), "dimension `{name}` is no parameter");
+    // One of several numbers is named with its index: `radii[0]`.
+    let parameter = name.split('[').next();
+    let known = subject.plugin.parameters.iter().any(|spec| Some(spec.name) == parameter);
+    ensure!(known, "dimension `{name}` is no parameter");
     let Some(Value::Number { value: of_parameter, .. }) = subject.parameters.get(name) else { return Ok(()) };
     let in_library = |number: f64| if quantity == Quantity::Angle { number.to_radians() } else { number };
     let close = |a: f64, b: f64| (a - b).abs() <= ROUNDING * b.abs();

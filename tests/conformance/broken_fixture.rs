@@ -220,10 +220,14 @@ impl ClosedForm for Broken {
             Fault::ParentDependent => roots.retain(|root| root.frame.origin.x > 0.0),
             Fault::UnitAssumed => roots.retain(|root| root.measures[0].abs() < 50.0),
             Fault::PathForRadius => {
-                roots.iter_mut().for_each(|root| root.measures[0] += problem.probe().tip_radius);
+                for root in &mut roots {
+                    root.measures[0] += problem.probe().tip_radius;
+                }
             }
             Fault::NotANumber if touches[0].at.coords.norm() > 1e12 => {
-                roots.iter_mut().for_each(|root| root.frame.origin.x = f64::NAN);
+                for root in &mut roots {
+                    root.frame.origin.x = f64::NAN;
+                }
             }
             _ => {}
         }

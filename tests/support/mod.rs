@@ -34,7 +34,8 @@ pub fn settings(kind: &str) -> Vec<Parameters> {
             vec![radius(), bore, front, radius().with("angle_deg", 30.0)]
         }
         "three-sphere" => {
-            vec![new().with("radius", 12.7).with("ab", 100.0).with("bc", 110.0).with("ca", 90.0)]
+            let sides = || new().with("ab", 100.0).with("bc", 110.0).with("ca", 90.0);
+            vec![sides().with("radius", 12.7), sides().with("radii", [10.0, 12.7, 15.0])]
         }
         "cube" => vec![new().with("edge", 50.0)],
         _ => vec![new()],

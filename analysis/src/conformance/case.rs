@@ -165,7 +165,7 @@ impl<'a> Subject<'a> {
         most_condition: f64,
     ) -> Result<Vec<Case>, String> {
         /// One in so many random layouts must be good enough; fewer, and the surfaces' extents are to blame.
-        const ONE_IN: usize = 10;
+        const ONE_IN: u64 = 10;
         let measured = self.measured();
         let all = (0..self.suite.trials).map(|trial| self.case(places, trial, noise, sigma));
         let good: Vec<Case> = all
@@ -174,7 +174,7 @@ impl<'a> Subject<'a> {
                 problem.is_ok_and(|problem| condition(&problem, &measured, &case.truth) <= most_condition)
             })
             .collect();
-        if good.len() * ONE_IN < self.suite.trials as usize {
+        if good.len() as u64 * ONE_IN < self.suite.trials {
             return Err(format!(
                 "{}: only {} of {} layouts have a condition of at most {most_condition}",
                 places.words(),
@@ -218,7 +218,30 @@ pub(super) struct View<'a> {
     pub(super) unit: f64,
 }
 
-impl View<'_> {
+impl<'a> View<'a> {
+    /// A measurement with its touches in this order, seen from a parent in which its own stands at `motion`, in the unit
+    /// of a fixture.
+    fn new(
+        what: &'static str,
+        (fixture, unit): (&'a dyn Fixture, f64),
+        case: &Case,
+        order: Vec<usize>,
+        motion: Frame,
+    ) -> Self {
+        let seen = |from: &usize| {
+            let touch = case.touches[*from];
+            Touch { at: motion.to_parent(&(touch.at * unit)), ..touch }
+        };
+        let touches = order.iter().map(seen).collect();
+        let Probe { tip_radius, tip_radius_u, sigma } = case.probe;
+        let probe = Probe {
+            tip_radius: tip_radius * unit,
+            tip_radius_u: tip_radius_u * unit,
+            sigma: sigma.map(|sigma| sigma * unit),
+        };
+        Self { what, fixture, touches, order, probe, motion, unit }
+    }
+
     /// A frame of the measurement, seen in this way.
     pub(super) fn of(&self, frame: &Frame) -> Frame {
         Frame { origin: frame.origin * self.unit, ..*frame }.seen_from(&self.motion)
@@ -232,28 +255,12 @@ impl Subject<'_> {
         let mut shuffled = as_is.clone();
         shuffled.shuffle(rng);
         let motion = random_frame(REACH * self.size(), rng);
-        let still = Frame::identity();
+        let (still, own, other) = (Frame::identity(), &*self.fixture, &*self.in_other_unit);
         [
-            self.view("touches in another order", case, shuffled, still, 1.0),
-            self.view("seen from another parent", case, as_is.clone(), motion, 1.0),
-            self.view("in another unit of length", case, as_is, still, UNIT),
+            View::new("touches in another order", (own, 1.0), case, shuffled, still),
+            View::new("seen from another parent", (own, 1.0), case, as_is.clone(), motion),
+            View::new("in another unit of length", (other, UNIT), case, as_is, still),
         ]
-    }
-
-    fn view(&self, what: &'static str, case: &Case, order: Vec<usize>, motion: Frame, unit: f64) -> View<'_> {
-        let fixture = if unit == 1.0 { &*self.fixture } else { &*self.in_other_unit };
-        let seen = |from: &usize| {
-            let touch = case.touches[*from];
-            Touch { at: motion.to_parent(&(touch.at * unit)), ..touch }
-        };
-        let touches = order.iter().map(seen).collect();
-        let Probe { tip_radius, tip_radius_u, sigma } = case.probe;
-        let probe = Probe {
-            tip_radius: tip_radius * unit,
-            tip_radius_u: tip_radius_u * unit,
-            sigma: sigma.map(|sigma| sigma * unit),
-        };
-        View { what, fixture, touches, order, probe, motion, unit }
     }
 
     /// Touches that no measurement should ever have, and what is absurd about them.

@@ -9,7 +9,7 @@ use touchref_core::{
 };
 
 use super::{
-    Finding,
+    Finding, Promise,
     case::{Case, Places, REGULAR, SOUND, UNIT, is_sound},
     ensure, without_panic,
 };
@@ -20,23 +20,24 @@ pub(super) use super::case::Subject;
 /// What is said of a fixture holds to this, in parts of its size: a few sums and one square root.
 const ROUNDING: f64 = 1e-12;
 
-type Promise = (&'static str, fn(&Subject<'_>) -> Finding);
-
-pub(super) const CHECKS: &[Promise] = &[
-    ("description", description),
-    ("parameters", parameters),
-    ("requirement", requirement),
-    ("surfaces", surfaces),
-    ("nominal-layout", nominal_layout),
-    ("dimensions", dimensions),
-    ("unit", unit),
-    ("roots", roots),
-    ("invariance", invariance),
-    ("candidates", candidates),
-    ("objection", objection),
-    ("wild-touches", wild_touches),
-    ("null-space", null_space),
-];
+/// What is promised.
+pub(super) fn checks<'a>() -> Vec<Promise<Subject<'a>>> {
+    vec![
+        ("description", description),
+        ("parameters", parameters),
+        ("requirement", requirement),
+        ("surfaces", surfaces),
+        ("nominal-layout", nominal_layout),
+        ("dimensions", dimensions),
+        ("unit", unit),
+        ("roots", roots),
+        ("invariance", invariance),
+        ("candidates", candidates),
+        ("objection", objection),
+        ("wild-touches", wild_touches),
+        ("null-space", null_space),
+    ]
+}
 
 fn description(subject: &Subject<'_>) -> Finding {
     let (plugin, fixture) = (subject.plugin, &*subject.fixture);
@@ -66,18 +67,20 @@ fn description(subject: &Subject<'_>) -> Finding {
 
 /// What holds of the parameters of every plugin.
 pub(super) fn documented<P: Plugin>(plugin: &P, complete: &Parameters) -> Result<(), String> {
-    /// The default of a parameter that may be left out.
-    const LEFT_OUT: &str = "none";
+    const INSTEAD_OF: &str = "instead of ";
     /// A name that no plugin has.
     const UNKNOWN: &str = "no such parameter";
     for (index, ParameterSpec { name, kind, default, meaning }) in plugin.parameters().iter().enumerate() {
         ensure!(!meaning.trim().is_empty(), "nothing is said of parameter `{name}`");
         let twice = plugin.parameters()[..index].iter().any(|other| other.name == *name);
         ensure!(!twice, "two parameters are named `{name}`");
-        let value = default.filter(|default| *default != LEFT_OUT).map(|default| parse(*kind, default));
-        ensure!(value != Some(None), "the default of `{name}`, {default:?}, is no {kind}");
-        let given = complete.get(name).is_some() || *default == Some(LEFT_OUT);
-        ensure!(given, "`{name}` has no value");
+        if let Some(default) = default {
+            // A parameter that takes the place of another names it instead.
+            let other = default.strip_prefix(INSTEAD_OF);
+            let replaces = plugin.parameters().iter().any(|spec| Some(spec.name) == other);
+            let is_value = replaces || parse(*kind, default).is_some();
+            ensure!(is_value, "the default of `{name}`, {default:?}, is no {kind}");
+        }
     }
     match plugin.build(&complete.clone().with(UNKNOWN, 1.0)) {
         Err(error) if error.name == UNKNOWN => Ok(()),
@@ -250,9 +253,8 @@ fn dimensions(subject: &Subject<'_>) -> Finding {
         let at = places(&mut rng);
         let vary = |value: &f64| value * (1.0 + VARIED * rng.random_range(-1.0..=1.0));
         let values: Vec<f64> = if trial == 0 { nominal.clone() } else { nominal.iter().map(vary).collect() };
-        let other =
-            if trial == 0 { None } else { subject.plugin.build(&with_dimensions(subject, &values)).ok() };
-        let expected = if trial == 0 { Some(fixture) } else { other.as_deref() };
+        let made = subject.plugin.build(&with_dimensions(subject, &values)).ok();
+        let made = made.filter(|made| has_dimensions(&**made, &values));
         for (surface, at) in at.iter().enumerate() {
             let name = &fixture.surfaces()[surface].name;
             let shape = fixture.shape_with(surface, &padded(&values));
@@ -260,9 +262,9 @@ fn dimensions(subject: &Subject<'_>) -> Finding {
                 shape == fixture.shape_with(surface, &values),
                 "`{name}` is another with values beyond the dimensions"
             );
-            // Where its parameters do not make it, there is nothing to hold the shape against.
-            if let Some(expected) = expected {
-                let expected = expected.surfaces()[surface].seen_from(at).distance;
+            // Where parameters cannot make it, there is nothing to hold the shape against.
+            if let Some(made) = &made {
+                let expected = made.surfaces()[surface].seen_from(at).distance;
                 let off = (shape.seen_from(at).distance - expected).abs() / subject.size();
                 ensure!(
                     off <= ROUNDING,
@@ -312,6 +314,14 @@ fn with_dimensions(subject: &Subject<'_>, values: &[f64]) -> Parameters {
         }
     }
     parameters
+}
+
+fn has_dimensions(fixture: &dyn Fixture, values: &[f64]) -> bool {
+    fixture
+        .dimensions()
+        .iter()
+        .zip(values)
+        .all(|(dimension, value)| (dimension.value - value).abs() <= ROUNDING * value.abs())
 }
 
 /// Stated gradients over the dimensions beside central differences of the shapes' distances.

@@ -1,27 +1,10 @@
 //! Does a plugin keep what the traits promise? The suite that the built-in plugins pass, for everyone's.
 //!
-//! In a test of the crate that has the plugin:
+//! [`Suite::fixture`] and [`Suite::solver`] return a [`Report`], and [`Report::assert_passed`], in a test of the crate
+//! that has the plugin, is all: CONTRIBUTING shows it.
 //!
-//! ```ignore
-//! use touchref::{Parameters, conformance::{Claim, Suite}};
-//!
-//! #[test]
-//! fn my_fixture_keeps_its_promises() {
-//!     Suite::default().fixture(&my_fixture::PLUGIN, &Parameters::new()).assert_passed();
-//! }
-//!
-//! #[test]
-//! fn my_solver_keeps_its_promises() {
-//!     let suite = Suite::default();
-//!     let mine = (&my_solver::PLUGIN, &Parameters::new());
-//!     for fixture in touchref::registry().unwrap().fixtures() {
-//!         suite.solver(mine, Claim::LeastSquares, (fixture, &Parameters::new())).assert_passed();
-//!     }
-//! }
-//! ```
-//!
-//! Everything is seeded: a report is the same on every machine. A check that panics has failed, and the report says
-//! where; so a plugin under test needs `panic = "unwind"`, Rust's default.
+//! Everything is seeded, so that a report can be had again. A check that panics has failed, and the report says with which
+//! words; so a plugin under test needs `panic = "unwind"`, Rust's default. One that never returns is waited for.
 //!
 //! # What is checked of a fixture
 //!
@@ -69,13 +52,18 @@ use touchref_core::{FixturePlugin, Parameters, SolverPlugin};
 /// What a check found: in words, what was tried and how well it went, or what is wrong.
 type Finding = Result<String, String>;
 
+/// A check of a subject, by its name.
+type Promise<S> = (&'static str, fn(&S) -> Finding);
+
 /// Ends a check, with words, where a promise is not kept.
 macro_rules! ensure {
-    ($holds:expr, $($words:tt)+) => {
-        if !$holds {
+    ($holds:expr, $($words:tt)+) => {{
+        // A comparison with NaN does not hold.
+        let holds: bool = $holds;
+        if !holds {
             return Err(format!($($words)+));
         }
-    };
+    }};
 }
 pub(crate) use ensure;
 
@@ -115,7 +103,7 @@ impl Suite {
         let subject = format!("fixture `{}`", plugin.name);
         fixture::Subject::new(*self, plugin, parameters).map_or_else(
             |error| Report::cannot_be_built(&subject, error),
-            |built| Report::of(&subject, fixture::CHECKS, &built),
+            |built| Report::of(&subject, &fixture::checks(), &built),
         )
     }
 
@@ -132,7 +120,7 @@ impl Suite {
             .and_then(|fixture| solver::Subject::new(solver, solver_parameters, claim, fixture));
         built.map_or_else(
             |error| Report::cannot_be_built(&subject, error),
-            |built| Report::of(&subject, solver::checks(&built), &built),
+            |built| Report::of(&subject, &solver::checks(&built), &built),
         )
     }
 }
@@ -156,7 +144,7 @@ pub struct Check {
 }
 
 impl Report {
-    fn of<S>(subject: &str, checks: &[(&'static str, fn(&S) -> Finding)], built: &S) -> Self {
+    fn of<S>(subject: &str, checks: &[Promise<S>], built: &S) -> Self {
         let checks = checks.iter().map(|(name, check)| Check {
             name,
             outcome: without_panic(|| check(built)).and_then(|finding| finding),

@@ -9,7 +9,7 @@ use touchref_core::{
 };
 
 use super::{
-    Claim, Finding,
+    Claim, Finding, Promise,
     case::{self, Case, Places, REGULAR, SOUND, View, is_sound},
     ensure,
     fixture::{RECOVERED, documented, none_wrong, null_space_case},
@@ -32,24 +32,22 @@ pub(super) struct Subject<'a> {
     claim: Claim,
 }
 
-type Promise = for<'a, 'b> fn(&'a Subject<'b>) -> Finding;
-
-const DESCRIPTION: (&str, Promise) = ("description", description);
-
 /// What is promised; where the solver cannot do the fixture at all, the description alone.
-pub(super) fn checks(subject: &Subject<'_>) -> &'static [(&'static str, Promise)] {
-    const ALL: &[(&str, Promise)] = &[
-        DESCRIPTION,
-        ("exact", exact),
-        ("noisy", noisy),
-        ("account", account),
-        ("invariance", invariance),
-        ("refusals", refusals),
-        ("no-sigma", no_sigma),
-        ("wild-touches", wild_touches),
-        ("null-space", null_space),
-    ];
-    if subject.unsupported().is_some() { &ALL[..1] } else { ALL }
+pub(super) fn checks<'a>(subject: &Subject<'a>) -> Vec<Promise<Subject<'a>>> {
+    let mut checks: Vec<Promise<Subject<'a>>> = vec![("description", description)];
+    if subject.unsupported().is_none() {
+        checks.extend_from_slice(&[
+            ("exact", exact),
+            ("noisy", noisy),
+            ("account", account),
+            ("invariance", invariance),
+            ("refusals", refusals),
+            ("no-sigma", no_sigma),
+            ("wild-touches", wild_touches),
+            ("null-space", null_space),
+        ]);
+    }
+    checks
 }
 
 impl<'a> Subject<'a> {
@@ -263,15 +261,15 @@ fn misfit(subject: &Subject<'_>, problem: &Problem<'_>, solution: &Solution) -> 
     ensure!(degrees <= most, "{degrees} degrees of freedom, {most} touches beyond the frame's six");
     let at_frame: f64 =
         solution.residuals.iter().filter_map(|residual| residual.normalized).map(|n| n * n).sum();
-    let least = match subject.claim {
-        Claim::LeastSquares => at_frame * (1.0 - ROUNDING) - ROUNDING,
-        _ => {
-            let free = descend(problem, &subject.fixture.measured(), &solution.frame);
-            free.map_or(0.0, |minimum| minimum.chi_square * (1.0 - FIRST_ORDER)) - ROUNDING
-        }
+    let exactly = subject.claim == Claim::LeastSquares;
+    let at_least = if exactly {
+        at_frame
+    } else {
+        let free = descend(problem, &subject.fixture.measured(), &solution.frame);
+        free.map_or(0.0, |minimum| minimum.chi_square)
     };
-    let greatest =
-        at_frame * if subject.claim == Claim::LeastSquares { 1.0 } else { 1.0 + FIRST_ORDER } + ROUNDING;
+    let slack = if exactly { ROUNDING } else { FIRST_ORDER };
+    let (least, greatest) = (at_least * (1.0 - slack) - ROUNDING, at_frame * (1.0 + slack) + ROUNDING);
     ensure!(
         chi_square >= least && chi_square <= greatest,
         "chi-square is told as {chi_square}, and is between {least} and {greatest}"
@@ -379,8 +377,9 @@ fn same_outcome(
     };
     let off = other.squared_distance(&view.of(&one.frame)).ok_or("no covariance")?.sqrt();
     ensure!(off <= FRAME, "the frames are {off:.1e} standard deviations apart");
-    let close =
-        |got: f64, expected: f64| got == expected || (got - expected).abs() <= NUMBER * expected.abs();
+    let close = |got: f64, expected: f64| {
+        got.total_cmp(&expected).is_eq() || (got - expected).abs() <= NUMBER * expected.abs()
+    };
     let chi_squares = [one, other].map(|solution| solution.chi_square.unwrap_or(f64::NAN));
     ensure!((chi_squares[1] - chi_squares[0]).abs() <= NUMBER, "chi-squares {chi_squares:?}");
     let (trust, seen) = (&one.trust, &other.trust);
@@ -552,7 +551,7 @@ fn null_space(subject: &Subject<'_>) -> Finding {
         let squares = reference.residuals.iter().map(|residual| residual * residual).sum::<f64>();
         let sigma = (squares / touches.len() as f64).sqrt();
         let probe = Probe { sigma: Some(sigma), ..case.probe };
-        let case = Case { touches, probe, ..case };
+        let case = Case { probe, touches, ..case };
         let Ok(solution) = subject.solve(&case)? else { continue };
         accepted += 1;
         let off = subject.apart(&reference.frame, &solution.frame);

@@ -173,8 +173,13 @@ fn where_there_is_no_null_space_or_no_minimum_there_are_no_data() {
     // Many touches of five points.
     let few: Layout = (0..20).map(|k| nominal[k % 5]).collect();
     assert_eq!(null_space(&*fixture, &few, small).draw(&mut rng), None);
-    // Sigmas that are none, a surface that does not exist.
+    // A sigma, a surface and a dimension that do not exist.
     let set = NullSpace { sigmas: &[0.0; 7], ..null_space(&*fixture, &nominal, small) };
+    assert_eq!(set.draw(&mut rng), None);
+    let beside: Layout = nominal.iter().map(|(surface, at)| (surface + 1, *at)).collect();
+    assert_eq!(null_space(&*fixture, &beside, small).draw(&mut rng), None);
+    let unknowns = [Unknown::Dimension(2)];
+    let set = NullSpace { unknowns: &unknowns, ..null_space(&*fixture, &nominal, small) };
     assert_eq!(set.draw(&mut rng), None);
 
     // The larger the residuals, the less of the minimum is left; beyond the radius of curvature nothing.

@@ -108,9 +108,9 @@ impl NullSpace<'_> {
     /// [the module](self#where-the-stationary-point-is-the-minimum)).
     #[must_use]
     pub fn draw(&self, rng: &mut impl Rng) -> Option<ReferenceMeasurement> {
-        let exact = self.touches(&Frame::identity(), &vec![0.0; self.layout.len()]);
+        let exact = self.touches(&Frame::identity(), &vec![0.0; self.layout.len()])?;
         let problem = Problem::new(self.fixture, &exact, self.probe).ok()?;
-        let misfit = Misfit { problem: &problem, unknowns: self.unknowns };
+        let misfit = Misfit::new(&problem, self.unknowns)?;
         let rows = misfit.rows(&misfit.start(&Frame::identity()));
         let condition = rows.condition();
         if condition > MOST_CONDITION || rows.jacobian.nrows() == rows.jacobian.ncols() {
@@ -132,7 +132,7 @@ impl NullSpace<'_> {
         };
         let residuals: Vec<f64> = residuals.iter().map(|r| r * scale).collect();
 
-        let moved = self.touches(&Frame::identity(), &residuals);
+        let moved = self.touches(&Frame::identity(), &residuals)?;
         let problem = Problem::new(self.fixture, &moved, self.probe).ok()?;
         let stays = |(index, wanted): (usize, &f64)| {
             let got = problem.contact(&Frame::identity(), index).residual;
@@ -141,24 +141,23 @@ impl NullSpace<'_> {
         if !residuals.iter().enumerate().all(stays) {
             return None;
         }
-        let misfit = Misfit { problem: &problem, unknowns: self.unknowns };
+        let misfit = Misfit::new(&problem, self.unknowns)?;
         let steepness = misfit.steepness(&misfit.start(&Frame::identity()))?;
-        (steepness >= LEAST_STEEPNESS).then(|| ReferenceMeasurement {
-            touches: self.touches(&self.frame, &residuals),
-            frame: self.frame,
-            residuals,
-            condition,
-            steepness,
-        })
+        if steepness < LEAST_STEEPNESS {
+            return None;
+        }
+        let touches = self.touches(&self.frame, &residuals)?;
+        Some(ReferenceMeasurement { touches, frame: self.frame, residuals, condition, steepness })
     }
 
-    /// The touches when the fixture stands at `frame` and each is off its surface by `residuals`.
-    fn touches(&self, frame: &Frame, residuals: &[f64]) -> Vec<Touch> {
+    /// The touches when the fixture stands at `frame` and each is off its surface by `residuals`; `None` where a surface
+    /// does not exist.
+    fn touches(&self, frame: &Frame, residuals: &[f64]) -> Option<Vec<Touch>> {
         let touch = |(index, (surface, contact)): (usize, &(usize, Point3<f64>))| {
             let reach = self.probe.tip_radius + residuals[index];
-            let at = self.fixture.surfaces()[*surface].tip_center(contact, reach);
+            let at = self.fixture.surfaces().get(*surface)?.tip_center(contact, reach);
             let touch = Touch::new(*surface, frame.to_parent(&at));
-            self.sigmas.get(index).map_or(touch, |sigma| touch.with_sigma(*sigma))
+            Some(self.sigmas.get(index).map_or(touch, |sigma| touch.with_sigma(*sigma)))
         };
         self.layout.iter().enumerate().map(touch).collect()
     }
@@ -181,7 +180,7 @@ pub struct Minimum {
 /// differences), damped where it is not positive or does not lead downhill. It shares no code with the solvers. What
 /// is stated of the unknowns' uncertainties takes no part, and a touch's sigma is taken as it is at each place.
 ///
-/// `None` where it does not settle, or settles where the second derivative is not positive.
+/// `None` where it does not settle, or settles where the second derivative is not positive, or an unknown does not exist.
 #[must_use]
 pub fn descend(problem: &Problem<'_>, unknowns: &[Unknown], start: &Frame) -> Option<Minimum> {
     /// Sound starts need five to ten.
@@ -195,7 +194,7 @@ pub fn descend(problem: &Problem<'_>, unknowns: &[Unknown], start: &Frame) -> Op
     const SHORT: f64 = 1e-6;
     const LAST_STEPS: usize = 3;
 
-    let misfit = Misfit { problem, unknowns };
+    let misfit = Misfit::new(problem, unknowns)?;
     let mut state = misfit.start(start);
     let mut damping = 0.0;
     for _ in 0..STEPS {
@@ -231,7 +230,7 @@ pub fn descend(problem: &Problem<'_>, unknowns: &[Unknown], start: &Frame) -> Op
 }
 
 /// Largest over smallest singular value of the weighted Jacobian over the frame and `unknowns`, angles scaled by the
-/// fixture's size; infinite where the touches leave one of them free.
+/// fixture's size; infinite where the touches leave one of them free, or one does not exist.
 #[must_use]
 pub fn condition(problem: &Problem<'_>, unknowns: &[Unknown], frame: &Frame) -> f64 {
     condition_at(problem, unknowns, frame, vec![0.0; unknowns.len()])
@@ -244,7 +243,8 @@ pub(crate) fn condition_at(
     frame: &Frame,
     deviations: Vec<f64>,
 ) -> f64 {
-    Misfit { problem, unknowns }.rows(&State { frame: *frame, deviations }).condition()
+    let misfit = Misfit::new(problem, unknowns);
+    misfit.map_or(f64::INFINITY, |misfit| misfit.rows(&State { frame: *frame, deviations }).condition())
 }
 
 /// A frame, and how far the other unknowns are from their nominal values.
@@ -267,7 +267,17 @@ struct Rows {
     residuals: DVector<f64>,
 }
 
-impl Misfit<'_> {
+impl<'a> Misfit<'a> {
+    /// `None` where an unknown does not exist.
+    fn new(problem: &'a Problem<'a>, unknowns: &'a [Unknown]) -> Option<Self> {
+        let dimensions = problem.fixture().dimensions().len();
+        let exists = |unknown: &Unknown| match unknown {
+            Unknown::Dimension(index) => *index < dimensions,
+            Unknown::TipRadius => true,
+        };
+        unknowns.iter().all(exists).then_some(Self { problem, unknowns })
+    }
+
     fn size(&self) -> f64 {
         self.problem.fixture().size()
     }

@@ -135,7 +135,7 @@ fn requirement(subject: &Subject<'_>) -> Finding {
 
 fn surfaces(subject: &Subject<'_>) -> Finding {
     /// Central differences of this step (parts of the size): truncation 1e-10 on a surface a tenth of the size,
-    /// rounding 1e-11.
+    /// rounding 1e-9.
     const STEP: f64 = 1e-6;
     const GRADIENT: f64 = 1e-7;
     let mut rng = subject.generator(Places::Nominal, 0);

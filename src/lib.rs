@@ -73,7 +73,8 @@
 //! | [`touchref_core`] (re-exported here) | [`Frame`], [`Touch`], [`Surface`], [`Fixture`], [`Solver`], [`Solution`], [`Registry`] |
 //! | [`fixtures`] | one file a fixture |
 //! | [`solvers`] | one file a solver |
-//! | [`analysis`] | simulated measurements, and studies of how often a frame is right, refused or wrong |
+//! | [`analysis`] | simulated measurements, studies of how often a frame is right, refused or wrong, reference data |
+//! | [`conformance`] | does a plugin keep what the traits promise? |
 //! | [`io`] | measurement files, touch tables, results as JSON |
 //!
 //! The command line `touchref` is the package `touchref-cli`, a library too: link your own plugins into a binary of a
@@ -82,7 +83,8 @@
 //! # Your own fixture
 //!
 //! A fixture is one file: a type that implements [`Fixture`], a `static` [`FixturePlugin`] that describes it, and
-//! [`register_fixture!`]. Every solver then works with it, and no other file changes. CONTRIBUTING shows one, worked.
+//! [`register_fixture!`]. Every solver then works with it, and no other file changes. CONTRIBUTING shows one, worked;
+//! [`conformance`] is the suite that tells whether it keeps what the traits promise.
 //!
 //! # Limits
 //!
@@ -93,6 +95,7 @@
 //!   `cargo run --release --example acceptance_study` measure them.
 
 pub use touchref_analysis as analysis;
+pub use touchref_analysis::conformance;
 pub use touchref_core::*;
 pub use touchref_fixtures as fixtures;
 pub use touchref_io as io;

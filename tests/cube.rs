@@ -715,18 +715,20 @@ fn study(layout: StudyLayout, trials: u64, seed: u64) -> StudyOutcome {
     let (fixture, solver) = (&*fixture, &*solver);
     let probe = probe(Some(SIGMA));
     let plugin = &touchref::fixtures::cube::PLUGIN;
-    let outcome = Study { fixture, plugin, solver, layout, probe, reach: 1000.0, seed, trials }.run().unwrap();
+    let outcome =
+        Study { fixture, plugin, solver, layout, probe, reach: 1000.0, seed, trials }.run().unwrap();
     println!(
         "accepted {} of {trials}, wrong {}, NEES {:.3}, refused {:?}",
         outcome.accepted,
         outcome.wrong,
-        outcome.nees_mean(),
+        outcome.nees_mean().unwrap(),
         outcome.refused
     );
     assert_eq!(outcome.wrong, 0);
     // Four standard deviations of the mean.
     let spread = 4.0 * (12.0 / outcome.accepted as f64).sqrt();
-    assert!((outcome.nees_mean() - 6.0).abs() < spread, "{}", outcome.nees_mean());
+    let nees = outcome.nees_mean().unwrap();
+    assert!((nees.value - 6.0).abs() < spread, "{nees}");
     outcome
 }
 

@@ -1,6 +1,9 @@
-//! What touches are worth: simulated measurements, and studies of how often a frame is right, refused or wrong.
+//! What touches are worth: simulated measurements, and studies of how often a frame is right, refused or wrong; reference
+//! data with a known answer; and what a plugin must keep of what the traits promise.
 
+pub mod conformance;
 pub mod estimate;
+pub mod reference;
 pub mod simulation;
 pub mod study;
 

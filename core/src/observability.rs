@@ -95,8 +95,14 @@ impl Observability {
 }
 
 /// Singular values of `r` with rotations scaled by `size`, and the unit twist along the least of them.
+///
+/// An `r` that is not finite shows nothing: all singular values are zero, and any motion is the weakest.
 #[must_use]
 pub fn weakest_motion(r: &Matrix6<f64>, size: f64) -> (Vector6<f64>, Twist) {
+    if !r.iter().all(|v| v.is_finite()) {
+        // The decomposition would never settle.
+        return (Vector6::zeros(), Twist::from(Vector6::x()));
+    }
     let mut scaled = *r;
     scaled.fixed_view_mut::<6, 3>(0, 3).scale_mut(1.0 / size);
     let svd = scaled.svd_unordered(false, true);
@@ -168,4 +174,21 @@ fn line_in_words(point: &Point3<f64>, direction: &Vector3<f64>) -> String {
         "the line through ({:.4}, {:.4}, {:.4}) along ({:.4}, {:.4}, {:.4})",
         point.x, point.y, point.z, direction.x, direction.y, direction.z
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Coordinates whose squares overflow must not keep anyone waiting.
+    #[test]
+    fn numbers_that_are_not_finite_show_nothing() {
+        for bad in [f64::NAN, f64::INFINITY] {
+            let mut r = Matrix6::identity();
+            r[(1, 4)] = bad;
+            let (singular, twist) = weakest_motion(&r, 2.0);
+            assert_eq!(singular, Vector6::zeros());
+            assert!((Vector6::from(twist).norm() - 1.0).abs() < 1e-15);
+        }
+    }
 }

@@ -21,7 +21,7 @@ use crate::{
         self, Account, Bounds, Found, INCONSISTENT, Judgement, Margin, Minimum, Weakest, curvature_bound,
         degenerate, degrees_of_freedom, rank_lost, rise_bound,
     },
-    levenberg_marquardt::descend,
+    levenberg_marquardt::{descend, polish},
     model::{Extra, Model, Quantity, SquareRoot, Unknowns, uncertain, with_unknowns},
     words::{scale_of, short, wanted_dimensions},
 };
@@ -150,11 +150,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
         }
         let is_root = self.problem.touches().len() <= 6 + measured.len();
         if !is_root {
-            state = descend(&self.free_model, state).at;
-            // The descent is damped to the end; a last step is not.
-            if let Some(step) = self.free_model.square_root(&state).step() {
-                state = state.moved(&step);
-            }
+            state = polish(&self.free_model, descend(&self.free_model, state).at);
         }
         let square_root = self.free_model.square_root(&state);
         let q = measured.len();

@@ -11,6 +11,7 @@ use touchref::{
     Fixture, FixturePlugin, Frame, ParameterKind, Parameters, Probe, Problem, Solution, SolveError, Solver,
     SolverPlugin, Touch,
     analysis::simulation::{generator, random_frame, random_layout, simulate},
+    conformance::{Claim, Suite},
     registry,
     statistics::chi_square_level,
 };
@@ -179,4 +180,26 @@ fn too_few_touches_are_told() {
         assert_eq!(refusal.code(), "too-few-touches", "{name}: {refusal}");
         assert!(refusal.to_string().contains("`z` has 0 of 1 touches"), "{refusal}");
     }
+}
+
+/// The published suite, run by the outsider.
+#[test]
+fn the_corner_keeps_its_promises() {
+    let (suite, parameters) = (Suite::default(), Parameters::new());
+    suite.fixture(&corner::PLUGIN, &parameters).assert_passed();
+    let closed_form = registry().unwrap().solver("closed-form").unwrap();
+    let claim = Claim::LeastSquaresMeasured;
+    suite.solver((closed_form, &parameters), claim, (&corner::PLUGIN, &parameters)).assert_passed();
+}
+
+/// The example that is not to be trusted does not pass for one that is: the suite says what it lacks.
+#[test]
+fn the_nearest_measure_keeps_hardly_any() {
+    let (suite, none) = (Suite::default(), Parameters::new());
+    let cylinder_plane = registry().unwrap().fixture("cylinder-plane").unwrap();
+    let radius = Parameters::new().with("radius", 20.0);
+    let report = suite.solver((&nearest_measure::PLUGIN, &none), Claim::Other, (cylinder_plane, &radius));
+    println!("{report}");
+    // It tells no covariance, hands out a frame for any layout, and trusts none itself.
+    assert_eq!(report.failed(), ["noisy", "account", "invariance", "refusals", "no-sigma"]);
 }

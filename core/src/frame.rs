@@ -45,6 +45,12 @@ impl Frame {
         finite.then(|| Self { rotation: unit.to_rotation_matrix(), origin })
     }
 
+    /// Whether every number of it is finite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.rotation.matrix().iter().chain(self.origin.iter()).all(|v| v.is_finite())
+    }
+
     /// Maps a point given in fixture coordinates into the parent.
     #[must_use]
     pub fn to_parent(&self, point: &Point3<f64>) -> Point3<f64> {

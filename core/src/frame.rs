@@ -29,8 +29,8 @@ impl Frame {
         let z = z.try_normalize(0.0)?;
         let x = (x - z * z.dot(&x)).try_normalize(0.0)?;
         let axes = Matrix3::from_columns(&[x, z.cross(&x), z]);
-        let finite = axes.iter().chain(origin.iter()).all(|v| v.is_finite());
-        finite.then(|| Self { rotation: Rotation3::from_matrix_unchecked(axes), origin })
+        let frame = Self { rotation: Rotation3::from_matrix_unchecked(axes), origin };
+        frame.is_sound().then_some(frame)
     }
 
     /// A frame from a quaternion `[x, y, z, w]` of any length above zero and an origin.
@@ -45,10 +45,15 @@ impl Frame {
         finite.then(|| Self { rotation: unit.to_rotation_matrix(), origin })
     }
 
-    /// Whether every number of it is finite.
+    /// Whether it is one: every number finite, and the axes unit and perpendicular. What was computed from absurd numbers
+    /// may not be.
     #[must_use]
-    pub fn is_finite(&self) -> bool {
-        self.rotation.matrix().iter().chain(self.origin.iter()).all(|v| v.is_finite())
+    pub fn is_sound(&self) -> bool {
+        /// Rounding of a rotation, far below what any use would notice.
+        const ROUNDING: f64 = 1e-9;
+        let axes = self.rotation.matrix();
+        let off = (axes.tr_mul(axes) - Matrix3::identity()).abs().max();
+        off < ROUNDING && self.origin.iter().all(|v| v.is_finite())
     }
 
     /// Maps a point given in fixture coordinates into the parent.

@@ -55,7 +55,7 @@ impl Shape {
     ///
     /// On an axis or a centre, where no normal is defined, an arbitrary one of the possible normals is given.
     #[must_use]
-    #[inline(always)] // Of every evaluation of every solver.
+    #[inline] // Of every evaluation of every solver.
     pub fn seen_from(&self, p: &Point3<f64>) -> Proximity {
         match self {
             Shape::Plane { point, normal } => {

@@ -55,7 +55,11 @@ impl Shape {
     ///
     /// On an axis or a centre, where no normal is defined, an arbitrary one of the possible normals is given.
     #[must_use]
-    #[inline] // Of every evaluation of every solver.
+    #[expect(
+        clippy::inline_always,
+        reason = "in every evaluation of every solver: a call costs as much as it does"
+    )]
+    #[inline(always)]
     pub fn seen_from(&self, p: &Point3<f64>) -> Proximity {
         match self {
             Shape::Plane { point, normal } => {

@@ -99,7 +99,11 @@ pub(crate) struct Normal<const P: usize> {
 }
 
 impl<const P: usize> Normal<P> {
-    #[inline] // As `Model::contact`.
+    #[expect(
+        clippy::inline_always,
+        reason = "in every evaluation of every solver: a call costs as much as it does"
+    )]
+    #[inline(always)]
     #[allow(clippy::needless_range_loop)] // Triangular indices read as in the books.
     fn add(&mut self, row: &Row<P>) {
         for i in 0..P {
@@ -164,7 +168,11 @@ impl<'a, const P: usize> Model<'a, P> {
     }
 
     /// A touch as the fixture of the state sees it, uncertain dimensions and tip counted in.
-    #[inline] // Of every evaluation: a call would cost as much as it does.
+    #[expect(
+        clippy::inline_always,
+        reason = "in every evaluation of every solver: a call costs as much as it does"
+    )]
+    #[inline(always)]
     fn contact(&self, state: &Unknowns, index: usize) -> Contact {
         let mut contact = match self.dimensions(state) {
             None => self.problem.contact(&state.frame, index),
@@ -190,7 +198,11 @@ impl<'a, const P: usize> Model<'a, P> {
         state.frame.rotation * self.problem.contact(&state.frame, index).normal
     }
 
-    #[inline] // As `contact`.
+    #[expect(
+        clippy::inline_always,
+        reason = "in every evaluation of every solver: a call costs as much as it does"
+    )]
+    #[inline(always)]
     fn row(&self, state: &Unknowns, index: usize) -> Row<P> {
         let contact = self.contact(state, index);
         let weight = 1.0 / contact.sigma;

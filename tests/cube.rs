@@ -635,7 +635,7 @@ fn touches_in_a_line_are_refused_with_the_line() {
                 let SolveError::Degenerate(degenerate) = &refusal else {
                     panic!("{name}, sigma {sigma:?}: `{}`, {refusal}", refusal.code())
                 };
-                assert!(degenerate.free.words.contains(words), "{name}: {refusal}");
+                assert!(degenerate.free.to_string().contains(words), "{name}: {refusal}");
                 assert!(refusal.help().starts_with("touch `+"), "{name}: {}", refusal.help());
                 let told = degenerate.free.twist.rotation;
                 let sine = told.cross(&(frame.rotation * axis)).norm();

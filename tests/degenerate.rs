@@ -220,7 +220,7 @@ fn assert_refused_for_the_right_motion(name: &str) {
             let SolveError::Degenerate(degenerate) = &refusal else {
                 panic!("{name}, sigma {sigma:?}: refused as `{}`: {refusal}", refusal.code())
             };
-            let told = &degenerate.free.words;
+            let told = degenerate.free.to_string();
             let mut contacts = layout(&case.cylinder, &case.plane);
             // Where the words say that a surface turns by itself, its own touches are all that could resist.
             let of = |name: &str| told.contains(&format!("rotation of `{name}`"));
@@ -267,10 +267,10 @@ exact! {
 }
 
 /// The weak motion in words, where a refusal tells one.
-fn weak_motion(refusal: &SolveError) -> Option<&str> {
+fn weak_motion(refusal: &SolveError) -> Option<String> {
     match refusal {
-        SolveError::Degenerate(degenerate) => Some(&degenerate.free.words),
-        other => Some(&other.refusal()?.observability.as_ref()?.weakest.words),
+        SolveError::Degenerate(degenerate) => Some(degenerate.free.to_string()),
+        other => Some(other.refusal()?.observability.as_ref()?.weakest.to_string()),
     }
 }
 
@@ -421,9 +421,9 @@ fn the_motion_of_a_ring_is_told_where_it_is() {
     let normal = frame.rotation * Vector3::new(-angle.sin(), 0.0, angle.cos());
     let center = frame.to_parent(&Point3::new(0.0, 0.0, -3.0 * RADIUS));
     let twist = Twist { translation: Vector3::zeros(), rotation: normal };
-    let expected = scaled(&Motion { twist, about: center, words: String::new() }, &frame);
+    let expected = scaled(&Motion::new(twist, center), &frame);
     let told = scaled(&degenerate.free, &frame);
-    assert!(off_by(&told, &[expected.normalize()]) < 1.0, "{}", degenerate.free.words);
+    assert!(off_by(&told, &[expected.normalize()]) < 1.0, "{}", degenerate.free);
 }
 
 /// As with three touches, so with more: a line through all of them does not tell a plane.

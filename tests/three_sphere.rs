@@ -614,7 +614,7 @@ fn touches_in_a_line_are_told() {
                     let problem = Problem::new(&*fixture, &touches, probe(sigma)).unwrap();
                     let refusal = support::solver("closed-form").solve(&problem).unwrap_err();
                     let SolveError::Degenerate(degenerate) = &refusal else { panic!("{refusal}") };
-                    let words = &degenerate.free.words;
+                    let words = degenerate.free.to_string();
                     assert!(words.contains(&format!("rotation of `{name}`")), "{words}");
                     assert_eq!((degenerate.rank, degenerate.unknowns), (rank, 3));
                     if rank == 2 {

@@ -82,7 +82,7 @@ pub enum SolveError {
         touches: Vec<usize>,
     },
     /// The layout of the touches leaves a motion free.
-    #[error("the layout of the touches leaves a motion free: {}; {} is {:.1e}, bound {:.0e}", .0.free.words, .0.quantity, .0.value, .0.bound)]
+    #[error("the layout of the touches leaves a motion free: {}; {} is {:.1e}, bound {:.0e}", .0.free, .0.quantity, .0.value, .0.bound)]
     Degenerate(Box<Degenerate>),
     /// More than one frame fits within the noise.
     #[error("{}", .0.message)]

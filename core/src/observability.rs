@@ -1,5 +1,7 @@
 //! What touches see: rank, condition, and the weakest or free motion told in words.
 
+use std::fmt;
+
 use nalgebra::{DMatrix, Matrix6, Point3, RowVector6, Vector3, Vector6};
 
 use crate::{Fixture, Frame, Problem, Shape, Twist};
@@ -23,18 +25,51 @@ pub struct Observability {
     pub weakest: Motion,
 }
 
-/// A motion of the fixture, or of one of its surfaces where the words say so, in numbers and in words.
+/// A motion of the fixture, or of one of its surfaces where the words say so; `Display` tells it in words: "rotation
+/// about the axis of `cylinder`", "slide along ...".
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     /// Along the **parent's** axes, about the point [`about`](Self::about).
     pub twist: Twist,
     /// The point, in the parent, that the twist's translation moves.
     pub about: Point3<f64>,
-    /// "rotation about the axis of `cylinder`", "slide along ...".
-    pub words: String,
+    manner: Manner,
+}
+
+/// What a motion is mostly, and what of the fixture it follows, if anything.
+#[derive(Debug, Clone, PartialEq)]
+enum Manner {
+    Slide {
+        along: Option<String>,
+    },
+    Turn {
+        about: Option<String>,
+        /// How far it slides along the axis meanwhile, per radian, where that matters.
+        slide: Option<f64>,
+    },
+    /// Of a surface by itself, about the line that some of its geometry lies on.
+    TurnOfSurface {
+        surface: String,
+        which: &'static str,
+    },
 }
 
 impl Motion {
+    /// A motion that follows nothing of a fixture by name.
+    #[must_use]
+    pub fn new(twist: Twist, about: Point3<f64>) -> Self {
+        let (v, w) = (twist.translation, twist.rotation);
+        let manner = if w == Vector3::zeros() {
+            Manner::Slide { along: None }
+        } else {
+            Manner::Turn {
+                about: None,
+                slide: Some(w.dot(&v) / w.norm_squared()).filter(|slide| *slide != 0.0),
+            }
+        };
+        Self { twist, about, manner }
+    }
+
     /// A motion told along the fixture's axes about its origin.
     #[must_use]
     pub fn of_fixture(fixture: &dyn Fixture, frame: &Frame, twist: &Twist) -> Self {
@@ -42,16 +77,104 @@ impl Motion {
             translation: frame.rotation * twist.translation,
             rotation: frame.rotation * twist.rotation,
         };
-        Self { twist: in_parent, about: frame.origin, words: in_words(fixture, frame, twist) }
+        Self { twist: in_parent, about: frame.origin, manner: Manner::of(fixture, twist) }
     }
 
     /// A turn of one surface by itself, before any frame is known: about the line through `point` along `direction`
     /// (parent), of which `which` is told.
     #[must_use]
-    pub fn rotation_of(surface: &str, point: &Point3<f64>, direction: &Vector3<f64>, which: &str) -> Self {
+    pub fn rotation_of(
+        surface: &str,
+        point: &Point3<f64>,
+        direction: &Vector3<f64>,
+        which: &'static str,
+    ) -> Self {
         let twist = Twist { translation: Vector3::zeros(), rotation: *direction };
-        let line = line_in_words(point, direction);
-        Self { twist, about: *point, words: format!("rotation of `{surface}` about {line}, which {which}") }
+        Self { twist, about: *point, manner: Manner::TurnOfSurface { surface: surface.to_owned(), which } }
+    }
+}
+
+impl fmt::Display for Motion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Twist { translation: v, rotation: w } = self.twist;
+        // The screw axis: the points that move only along it.
+        let line = || Line { point: self.about + w.cross(&v) / w.norm_squared(), direction: w.normalize() };
+        match &self.manner {
+            Manner::Slide { along: Some(name) } => write!(f, "slide along {name}"),
+            Manner::Slide { along: None } => {
+                let d = v.normalize();
+                write!(f, "slide along ({:.4}, {:.4}, {:.4})", d.x, d.y, d.z)
+            }
+            Manner::Turn { about, slide } => {
+                match about {
+                    Some(name) => write!(f, "rotation about {name}")?,
+                    None => write!(f, "rotation about {}", line())?,
+                }
+                match slide {
+                    Some(slide) => write!(f, ", with a slide of {slide:.3} along it per radian"),
+                    None => Ok(()),
+                }
+            }
+            Manner::TurnOfSurface { surface, which } => {
+                let line = Line { point: self.about, direction: w };
+                write!(f, "rotation of `{surface}` about {line}, which {which}")
+            }
+        }
+    }
+}
+
+/// A line of the parent.
+struct Line {
+    point: Point3<f64>,
+    direction: Vector3<f64>,
+}
+
+impl fmt::Display for Line {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { point: p, direction: d } = self;
+        write!(
+            f,
+            "the line through ({:.4}, {:.4}, {:.4}) along ({:.4}, {:.4}, {:.4})",
+            p.x, p.y, p.z, d.x, d.y, d.z
+        )
+    }
+}
+
+impl Manner {
+    /// Of a twist along the fixture's axes about its origin.
+    fn of(fixture: &dyn Fixture, twist: &Twist) -> Self {
+        /// A motion that turns the fixture by less than this part of how it moves it is told as a slide.
+        const MOSTLY: f64 = 0.02;
+        /// A motion this near (parts of the fixture's size, or radians) to a surface's axis or normal follows it.
+        const NEAR: f64 = 0.02;
+        let size = fixture.size();
+        let (v, w) = (twist.translation, twist.rotation);
+        let turn = w.norm();
+        if turn * size <= MOSTLY * v.norm() {
+            let direction = v.normalize();
+            let along = fixture.surfaces().iter().find_map(|surface| match &surface.shape {
+                Shape::Cylinder { axis, .. } | Shape::Cone { axis, .. }
+                    if axis.cross(&direction).norm() < NEAR =>
+                {
+                    Some(format!("the axis of `{}`", surface.name))
+                }
+                Shape::Plane { normal, .. } if normal.cross(&direction).norm() < NEAR => {
+                    Some(format!("the normal of `{}`", surface.name))
+                }
+                _ => None,
+            });
+            return Self::Slide { along };
+        }
+        let direction = w / turn;
+        let on_axis = Point3::from(w.cross(&v) / (turn * turn));
+        let about = fixture.surfaces().iter().find_map(|surface| {
+            let (point, axis) = surface.axis()?;
+            let along = axis.cross(&direction).norm() < NEAR;
+            let through = (point - on_axis).cross(&axis).norm() < NEAR * size;
+            (along && through).then(|| format!("the axis of `{}`", surface.name))
+        });
+        let slide = direction.dot(&v) / turn;
+        Self::Turn { about, slide: (slide.abs() > MOSTLY * size).then_some(slide) }
     }
 }
 
@@ -114,66 +237,6 @@ pub fn weakest_motion(r: &Matrix6<f64>, size: f64) -> (Vector6<f64>, Twist) {
     let mut twist = Twist::from(direction);
     twist.rotation /= size;
     (svd.singular_values, twist)
-}
-
-/// Tells a motion of `fixture` in words; points and directions are in the parent of `frame`.
-#[must_use]
-pub fn in_words(fixture: &dyn Fixture, frame: &Frame, twist: &Twist) -> String {
-    /// A motion that turns the fixture by less than this part of how it moves it is told as a slide.
-    const MOSTLY: f64 = 0.02;
-    /// A turning axis this near (parts of the fixture's size, or radians) to a surface's axis is told as that axis.
-    const NEAR: f64 = 0.02;
-    let size = fixture.size();
-    let (v, w) = (twist.translation, twist.rotation);
-    let turn = w.norm();
-    if turn * size <= MOSTLY * v.norm() {
-        return slide_in_words(fixture, frame, &v);
-    }
-    let direction = w / turn;
-    // The screw axis: the points that move only along it.
-    let axis_point = Point3::from(w.cross(&v) / (turn * turn));
-    let pitch_slide = direction.dot(&v);
-    let named = fixture.surfaces().iter().find_map(|surface| {
-        let (point, axis) = surface.axis()?;
-        let along = axis.cross(&direction).norm() < NEAR;
-        let through = (point - axis_point).cross(&axis).norm() < NEAR * size;
-        (along && through).then(|| format!("the axis of `{}`", surface.name))
-    });
-    let about =
-        named.unwrap_or_else(|| line_in_words(&frame.to_parent(&axis_point), &(frame.rotation * direction)));
-    if pitch_slide.abs() > MOSTLY * turn * size {
-        let ratio = pitch_slide / turn;
-        format!("rotation about {about}, with a slide of {ratio:.3} along it per radian")
-    } else {
-        format!("rotation about {about}")
-    }
-}
-
-fn slide_in_words(fixture: &dyn Fixture, frame: &Frame, v: &Vector3<f64>) -> String {
-    const NEAR: f64 = 0.02;
-    let direction = v.normalize();
-    let named = fixture.surfaces().iter().find_map(|surface| match &surface.shape {
-        Shape::Cylinder { axis, .. } | Shape::Cone { axis, .. } if axis.cross(&direction).norm() < NEAR => {
-            Some(format!("the axis of `{}`", surface.name))
-        }
-        Shape::Plane { normal, .. } if normal.cross(&direction).norm() < NEAR => {
-            Some(format!("the normal of `{}`", surface.name))
-        }
-        _ => None,
-    });
-    let d = frame.rotation * direction;
-    named.map_or_else(
-        || format!("slide along ({:.4}, {:.4}, {:.4})", d.x, d.y, d.z),
-        |name| format!("slide along {name}"),
-    )
-}
-
-/// The line through `point` along `direction`, told.
-fn line_in_words(point: &Point3<f64>, direction: &Vector3<f64>) -> String {
-    format!(
-        "the line through ({:.4}, {:.4}, {:.4}) along ({:.4}, {:.4}, {:.4})",
-        point.x, point.y, point.z, direction.x, direction.y, direction.z
-    )
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! What a solver is given and what it returns.
 
-use std::fmt;
+use std::{borrow::Cow, fmt};
 
 use nalgebra::{Matrix6, Point3, Vector3};
 
@@ -372,7 +372,7 @@ pub struct RootReport {
     /// Whether it is the one.
     pub selected: bool,
     /// Why it is, or why not.
-    pub reason: String,
+    pub reason: Cow<'static, str>,
 }
 
 /// A dimension as a root measures it.

@@ -166,7 +166,7 @@ impl ErrorRecord {
                 findings.quantity = Some(details.quantity);
                 findings.value = Some(details.value);
                 findings.bound = Some(details.bound);
-                findings.free = Some(details.free.words.clone());
+                findings.free = Some(details.free.to_string());
                 findings.twist = Some(TwistRecord::from(&details.free));
             }
             SolveError::NotConverged { iterations, step, bound } => {

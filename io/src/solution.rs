@@ -247,7 +247,7 @@ impl From<&RootReport> for RootRecord {
             measures_u: by_name(|measure| measure.u.and_then(finite)),
             misfit: root.misfit.and_then(finite),
             selected: root.selected,
-            reason: root.reason.clone(),
+            reason: root.reason.to_string(),
         }
     }
 }
@@ -368,7 +368,7 @@ impl From<&Observability> for ObservabilityRecord {
         Self {
             rank: observability.rank,
             condition: finite(observability.condition),
-            weakest: observability.weakest.words.clone(),
+            weakest: observability.weakest.to_string(),
             twist: TwistRecord::from(&observability.weakest),
         }
     }

@@ -46,7 +46,7 @@ const NEARER: f64 = 2.0;
 /// How far beyond the stated noise other frames are looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Margin {
-    /// Up to twice the stated noise at least, and as far beyond as the same search proves.
+    /// A quarter beyond the stated noise at least, and as far as the same search proves.
     #[default]
     Near,
     /// As far as the frame stands: many times the stated noise where the layout is good, and many times the work.
@@ -54,30 +54,31 @@ pub enum Margin {
 }
 
 /// Of the search for a near margin, in stated sigmas.
-const NEAR: f64 = 2.0;
+const NEAR: f64 = 1.25;
 
 /// A local minimum of the squared misfit.
 #[derive(Debug, Clone)]
-pub(crate) struct Minimum<const P: usize> {
+pub(crate) struct Minimum {
     /// Where the descent that found it began.
     pub(crate) start: Frame,
     pub(crate) state: Unknowns,
     pub(crate) chi_square: f64,
-    pub(crate) root: SquareRoot<P>,
+    /// Square root of the frame's information, over its twist along the fixture's axes.
+    pub(crate) information: Matrix6<f64>,
     /// Why it cannot be the frame, however well it fits, if something speaks against it.
     pub(crate) objection: Option<String>,
 }
 
-impl<const P: usize> Minimum<P> {
+impl Minimum {
     /// Distance of a frame in standard deviations.
     pub(crate) fn mahalanobis(&self, frame: &Frame) -> f64 {
-        (self.root.of_frame() * Vector6::from(self.state.frame.twist_to(frame))).norm()
+        (self.information * Vector6::from(self.state.frame.twist_to(frame))).norm()
     }
 
     /// The same, and the frame's distance as a part of the fixture's size.
     fn distances(&self, frame: &Frame, size: f64) -> (f64, f64) {
         let twist = self.state.frame.twist_to(frame);
-        let whitened = self.root.of_frame() * Vector6::from(twist);
+        let whitened = self.information * Vector6::from(twist);
         (whitened.norm(), twist.extent(size))
     }
 
@@ -95,16 +96,16 @@ impl<const P: usize> Minimum<P> {
 }
 
 /// Every minimum found, lowest first, and the noise up to which the search claims to be complete.
-struct Survey<const P: usize> {
-    minima: Vec<Minimum<P>>,
+struct Survey {
+    minima: Vec<Minimum>,
     complete_up_to: f64,
 }
 
 /// Descends from every candidate that the fixture knows at `noise` times the problem's sigmas.
-fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey<P>, SolveError> {
+fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey, SolveError> {
     let problem = model.problem;
     let size = problem.fixture().size();
-    let mut minima: Vec<Minimum<P>> = Vec::new();
+    let mut minima: Vec<Minimum> = Vec::new();
     // A search far beyond the noise tells minima apart no worse.
     let apart = noise.min(1.0);
     let mut visit = |start: Frame| {
@@ -119,8 +120,8 @@ fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey<P>,
             start,
             state: end.at,
             chi_square: end.chi_square(),
-            root: model.square_root(&end.at),
-            objection: objection(model, &end.at),
+            information: model.square_root(&end.at).of_frame(),
+            objection: objection(problem, &end.at.frame),
         });
     };
     if let Some(near) = problem.expected_near() {
@@ -134,15 +135,15 @@ fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey<P>,
     Ok(Survey { minima, complete_up_to })
 }
 
-/// What speaks against a state: a touch whose approach comes out of the material, or the fixture's own objection.
-pub(crate) fn objection<const P: usize>(model: &Model<'_, P>, state: &Unknowns) -> Option<String> {
-    let touches = model.problem.touches().iter().enumerate();
+/// What speaks against a frame: a touch whose approach comes out of the material, or the fixture's own objection.
+pub(crate) fn objection(problem: &Problem<'_>, frame: &Frame) -> Option<String> {
+    let touches = problem.touches().iter().enumerate();
     let mut wrong = touches.filter_map(|(index, touch)| {
         let approach = touch.approach?;
-        let out = approach.dot(&model.normal(state, index)) > APPROACH_SLACK;
+        let out = approach.dot(&(frame.rotation * problem.contact(frame, index).normal)) > APPROACH_SLACK;
         out.then(|| format!("the approach of touch {index} would come out of its surface"))
     });
-    wrong.next().or_else(|| model.problem.fixture().objection(model.problem, &state.frame))
+    wrong.next().or_else(|| problem.fixture().objection(problem, frame))
 }
 
 /// Factors of the problem's sigmas at which each condition gives way.
@@ -187,9 +188,9 @@ impl Bounds {
 
 /// What is known of a problem once every minimum was weighed.
 #[derive(Debug, Clone)]
-pub(crate) struct Judgement<const P: usize> {
+pub(crate) struct Judgement {
     /// Every minimum, lowest first.
-    pub(crate) minima: Vec<Minimum<P>>,
+    pub(crate) minima: Vec<Minimum>,
     /// Which one is the frame, if any stands.
     pub(crate) chosen: usize,
     /// The next best one that nothing speaks against.
@@ -209,13 +210,13 @@ pub(crate) fn degrees_of_freedom(problem: &Problem<'_>) -> usize {
     problem.touches().len().saturating_sub(6)
 }
 
-impl<const P: usize> Judgement<P> {
+impl Judgement {
     /// Finds and weighs every minimum.
     ///
     /// # Errors
     /// [`SolveError::Degenerate`] where a motion is free at the best minimum, [`SolveError::InvalidTouches`] where the
     /// touches contradict the fixture.
-    pub(crate) fn of(model: &Model<'_, P>, margin: Margin) -> Result<Self, SolveError> {
+    pub(crate) fn of<const P: usize>(model: &Model<'_, P>, margin: Margin) -> Result<Self, SolveError> {
         /// Rounds in which the noise to search at settles where none is stated.
         const ROUNDS: usize = 4;
         if model.problem.reference_sigma().is_some() {
@@ -242,7 +243,7 @@ impl<const P: usize> Judgement<P> {
 
     /// The judgement after a search at the noise up to which it says that the frame stands: what was found only there
     /// counts, too.
-    fn searched_to_its_bound(self, model: &Model<'_, P>) -> Result<Self, SolveError> {
+    fn searched_to_its_bound<const P: usize>(self, model: &Model<'_, P>) -> Result<Self, SolveError> {
         let (noise, limit) = self.bounds.up_to();
         if !noise.is_finite() {
             return Ok(self);
@@ -255,7 +256,7 @@ impl<const P: usize> Judgement<P> {
         Ok(next)
     }
 
-    fn at_noise(model: &Model<'_, P>, noise: f64) -> Result<Self, SolveError> {
+    fn at_noise<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Self, SolveError> {
         let problem = model.problem;
         let Survey { minima, complete_up_to } = survey(model, noise)?;
         let standing: Vec<usize> = (0..minima.len()).filter(|i| minima[*i].objection.is_none()).collect();
@@ -270,7 +271,7 @@ impl<const P: usize> Judgement<P> {
 
         let best = &minima[chosen];
         let frame = best.state.frame;
-        let weakest = Weakest::of(&best.root.of_frame(), problem.fixture().size());
+        let weakest = Weakest::of(&best.information, problem.fixture().size());
         let observability = Observability::from_singular_values(
             problem.fixture(),
             &frame,
@@ -278,7 +279,8 @@ impl<const P: usize> Judgement<P> {
             &weakest.twist,
         );
         let weakest_sd = 1.0 / (weakest.least() * problem.fixture().size());
-        let curvature = model.curvature(&best.state, &best.root);
+        let root = model.square_root(&best.state);
+        let curvature = model.curvature(&best.state, &root);
         let at_level = |chi_square: f64, level: f64| (chi_square / level).sqrt();
         let from = if degrees == 0 { 0.0 } else { at_level(best.chi_square, INCONSISTENT.value(degrees)) };
         let ambiguity = match second {
@@ -292,20 +294,20 @@ impl<const P: usize> Judgement<P> {
             rise: f64::INFINITY,
             search: complete_up_to,
         };
-        bounds.rise = rise_bound(model, best, &weakest, bounds.up_to().0);
+        bounds.rise = rise_bound(model, (&best.state, best.chi_square), &root, &weakest, bounds.up_to().0);
         Ok(Self { minima, chosen, second, by_near, bounds, curvature, weakest_sd, observability })
     }
 
     /// The minimum that is the frame, if any stands.
-    pub(crate) fn best(&self) -> &Minimum<P> {
+    pub(crate) fn best(&self) -> &Minimum {
         &self.minima[self.chosen]
     }
 }
 
 /// The lowest minimum, or the one that an expected frame decides for among those that fit.
-fn choose<const P: usize>(
+fn choose(
     problem: &Problem<'_>,
-    minima: &[Minimum<P>],
+    minima: &[Minimum],
     standing: &[usize],
     lowest: usize,
     ambiguous: f64,
@@ -348,21 +350,23 @@ impl Weakest {
 /// predicts, as far as `limit`; infinite when it does to the end.
 pub(crate) fn rise_bound<const P: usize>(
     model: &Model<'_, P>,
-    minimum: &Minimum<P>,
+    (state, chi_square): (&Unknowns, f64),
+    root: &SquareRoot<P>,
     weakest: &Weakest,
     limit: f64,
 ) -> f64 {
     /// Each noise factor tried is this many times the one before.
-    const GROWTH: f64 = 1.25;
-    /// Factors tried below the limit: the least is 1e-3 of it.
-    const TRIES: i32 = 32;
+    const GROWTH: f64 = 1.5;
+    /// The least factor tried, in parts of the limit.
+    const LEAST: f64 = 1e-3;
+    /// Of the gap between one that holds and one that does not.
+    const HALVINGS: usize = 20;
     if !(limit.is_finite() && limit > 0.0) {
         return f64::INFINITY;
     }
     if weakest.least() <= 0.0 {
         return 0.0;
     }
-    let Minimum { state, chi_square, root, .. } = minimum;
     let step = root.with_extras(&(Vector6::from(weakest.twist) / weakest.least()));
     let holds = |noise: f64| {
         let reach = REACH * noise;
@@ -374,25 +378,21 @@ pub(crate) fn rise_bound<const P: usize>(
             rise > RISE[0] - rounding && rise < RISE[1] + rounding
         })
     };
-    // What fails below the stated noise fails there, too, but for the message.
+    // At a stated noise nothing below it is asked, as what fails there fails at the stated one, too, but for the message.
     let known = model.problem.reference_sigma().is_some();
-    let mut tries = if known && limit > 1.0 && holds(1.0) { limit.ln() / GROWTH.ln() } else { f64::INFINITY };
-    tries = tries.min(f64::from(TRIES)).floor();
-    // Not negative, and at most 32.
-    #[allow(clippy::cast_possible_truncation)]
-    let tries = tries as i32;
-    let mut last = if tries < TRIES { 1.0 } else { 0.0 };
-    for k in (0..=tries).rev() {
-        let noise = limit * GROWTH.powi(-k);
+    let mut last = if known && limit > 1.0 && holds(1.0) { 1.0 } else { 0.0 };
+    let mut noise = if last > 0.0 { (last * GROWTH).min(limit) } else { limit * LEAST };
+    while last < limit {
         if !holds(noise) {
             let (mut low, mut high) = (last, noise);
-            for _ in 0..20 {
+            for _ in 0..HALVINGS {
                 let middle = 0.5 * (low + high);
                 if holds(middle) { low = middle } else { high = middle }
             }
             return low;
         }
         last = noise;
+        noise = (noise * GROWTH).min(limit);
     }
     f64::INFINITY
 }
@@ -441,14 +441,14 @@ pub(crate) struct Found {
 }
 
 /// The part of a refusal or a solution that every solver fills in the same way.
-pub(crate) struct Account<'a, 'p, const P: usize> {
+pub(crate) struct Account<'a, 'p> {
     pub(crate) problem: &'a Problem<'p>,
-    pub(crate) judgement: &'a Judgement<P>,
+    pub(crate) judgement: &'a Judgement,
     /// The bounds to hold against the noise: the judgement's, or tighter ones of the solver's own.
     pub(crate) bounds: Bounds,
 }
 
-impl<const P: usize> Account<'_, '_, P> {
+impl Account<'_, '_> {
     /// Length of one factor of the problem's sigmas.
     fn unit(&self) -> f64 {
         self.problem.reference_sigma().unwrap_or(1.0)
@@ -605,7 +605,7 @@ impl<const P: usize> Account<'_, '_, P> {
         let stated = if known { "the stated" } else { "the smallest consistent" };
         let sigma = short(noise * self.unit());
         let at_most = short(up_to * self.unit());
-        let weakest = &self.judgement.observability.weakest.words;
+        let weakest = &self.judgement.observability.weakest;
         if known && bounds.ambiguity <= noise || limit == Limit::Ambiguity {
             let message = format!(
                 "more than one frame fits: the next best would be excluded only up to a sigma of {at_most}, {stated} is \

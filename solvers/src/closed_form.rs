@@ -10,16 +10,16 @@
 //! Acceptance is [that of every solver](crate#when-a-frame-is-accepted), on the frames that each candidate leads to
 //! under the known geometry; the root's own curvature, with its dimensions free, must pass, too.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix6};
 use touchref_core::{
-    ClosedForm, Measure, Observability, ParameterError, Parameters, Problem, Root, RootKind, RootReport,
-    Solution, SolveError, Solver, SolverPlugin,
+    ClosedForm, Frame, Measure, Observability, ParameterError, Parameters, Problem, Root, RootKind,
+    RootReport, Solution, SolveError, Solver, SolverPlugin,
 };
 
 use crate::{
     acceptance::{
-        self, Account, Bounds, Found, INCONSISTENT, Judgement, Margin, Minimum, Weakest, curvature_bound,
-        degenerate, degrees_of_freedom, rank_lost, rise_bound,
+        self, Account, Bounds, Found, INCONSISTENT, Judgement, Margin, Weakest, curvature_bound, degenerate,
+        degrees_of_freedom, rank_lost, rise_bound,
     },
     levenberg_marquardt::{descend, polish},
     model::{Extra, Model, Quantity, SquareRoot, Unknowns, uncertain, with_unknowns},
@@ -70,11 +70,41 @@ impl Solver for ClosedFormSolver {
         with_unknowns!(known.len(), P => {
             let model = Model::<P>::new(problem, &known);
             let judgement = Judgement::of(&model, Margin::Full)?;
-            with_unknowns!(free.len(), F => {
-                let free_model = Model::<F>::new(problem, &free);
-                Choice { problem, closed_form, model, free_model, judgement }.settle(&roots)
-            })
+            choose(problem, closed_form, &model, judgement, &free, &roots)
         })
+    }
+}
+
+fn choose(
+    problem: &Problem<'_>,
+    closed_form: &dyn ClosedForm,
+    known: &dyn Known,
+    judgement: Judgement,
+    free: &[Extra],
+    roots: &[Root],
+) -> Result<Solution, SolveError> {
+    with_unknowns!(free.len(), F => {
+        let model = Model::<F>::new(problem, free);
+        Choice { problem, closed_form, known, model, judgement }.settle(roots)
+    })
+}
+
+/// The model of the known geometry, whatever the number of its unknowns.
+trait Known {
+    /// Where a descent ends, and the squared misfit there.
+    fn descend(&self, from: &Frame) -> (Frame, f64);
+    /// Square root of the frame's information at the nominal dimensions.
+    fn information(&self, at: &Frame) -> Matrix6<f64>;
+}
+
+impl<const P: usize> Known for Model<'_, P> {
+    fn descend(&self, from: &Frame) -> (Frame, f64) {
+        let end = descend(self, Unknowns::at(*from));
+        (end.at.frame, end.chi_square())
+    }
+
+    fn information(&self, at: &Frame) -> Matrix6<f64> {
+        self.square_root(&Unknowns::at(*at)).of_frame()
     }
 }
 
@@ -86,13 +116,14 @@ fn free_extras(closed_form: &dyn ClosedForm, known: &[Extra]) -> Vec<Extra> {
     free.chain(known.iter().filter(|extra| !is_measured(extra)).copied()).collect()
 }
 
-/// The choice among the roots: `P` unknowns under the known geometry, `F` with the measured dimensions free.
-struct Choice<'a, 'p, const P: usize, const F: usize> {
+/// The choice among the roots; `F` unknowns with the measured dimensions free.
+struct Choice<'a, 'p, const F: usize> {
     problem: &'a Problem<'p>,
     closed_form: &'a dyn ClosedForm,
-    model: Model<'a, P>,
-    free_model: Model<'a, F>,
-    judgement: Judgement<P>,
+    known: &'a dyn Known,
+    /// With the measured dimensions free.
+    model: Model<'a, F>,
+    judgement: Judgement,
 }
 
 /// A root, brought to all touches, with its dimensions free.
@@ -112,7 +143,7 @@ struct Estimate<const F: usize> {
     descends_to: f64,
 }
 
-impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
+impl<const F: usize> Choice<'_, '_, F> {
     fn settle(self, roots: &[Root]) -> Result<Solution, SolveError> {
         let mut estimates: Vec<Estimate<F>> = Vec::new();
         let size = self.problem.fixture().size();
@@ -150,9 +181,9 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
         }
         let is_root = self.problem.touches().len() <= 6 + measured.len();
         if !is_root {
-            state = polish(&self.free_model, descend(&self.free_model, state).at);
+            (state, _) = polish(&self.model, descend(&self.model, state).at);
         }
-        let square_root = self.free_model.square_root(&state);
+        let square_root = self.model.square_root(&state);
         let q = measured.len();
         let covariance = square_root.covariance().map(|c| DMatrix::from_fn(q, q, |i, j| c[(i, j)]));
         let deviation = DVector::from_fn(q, |k, _| state.extras[k]);
@@ -161,12 +192,11 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
                 c[(k, k)] += dimensions[*m].u.powi(2);
             }
             let misfit = c.cholesky()?.solve(&deviation).dot(&deviation);
-            Some(misfit + self.free_model.chi_square(&state)).filter(|v| v.is_finite())
+            Some(misfit + self.model.chi_square(&state)).filter(|v| v.is_finite())
         });
-        let end = descend(&self.model, Unknowns::at(state.frame));
+        let (end, descends_to) = self.known.descend(&state.frame);
         let size = self.problem.fixture().size();
-        let leads_to =
-            self.judgement.minima.iter().position(|m: &Minimum<P>| m.is_at(&end.at.frame, size, 1.0));
+        let leads_to = self.judgement.minima.iter().position(|m| m.is_at(&end, size, 1.0));
         Estimate {
             measures: DVector::from_fn(q, |k, _| dimensions[measured[k]].value + state.extras[k]),
             state,
@@ -176,7 +206,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
             covariance,
             chi_square,
             leads_to,
-            descends_to: end.chi_square(),
+            descends_to,
         }
     }
 
@@ -196,7 +226,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
             estimates.iter().filter(|e| best.twist_to(&e.state.frame).extent(fixture.size()) < NEAR);
         for estimate in at_best {
             let frame = estimate.state.frame;
-            let known = self.model.square_root(&Unknowns::at(frame)).of_frame();
+            let known = self.known.information(&frame);
             for information in [known, estimate.root.of_frame()] {
                 let seen = Observability::from_square_root(fixture, &frame, &information);
                 if seen.rank < 6 {
@@ -236,17 +266,11 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
                 bounds.rise = 0.0;
             }
         }
-        let curvature = self.free_model.curvature(&estimate.state, &estimate.root);
+        let curvature = self.model.curvature(&estimate.state, &estimate.root);
         bounds.curvature = bounds.curvature.min(curvature_bound(curvature));
-        let minimum = Minimum {
-            start: estimate.state.frame,
-            state: estimate.state,
-            chi_square: self.free_model.chi_square(&estimate.state),
-            root: estimate.root,
-            objection: None,
-        };
         let weakest = Weakest::of(&estimate.root.of_frame(), self.problem.fixture().size());
-        let rise = rise_bound(&self.free_model, &minimum, &weakest, bounds.up_to().0);
+        let at = (&estimate.state, self.model.chi_square(&estimate.state));
+        let rise = rise_bound(&self.model, at, &estimate.root, &weakest, bounds.up_to().0);
         bounds.rise = bounds.rise.min(rise);
         bounds
     }
@@ -279,7 +303,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
                     measures: self.measures(estimate),
                     misfit: estimate.chi_square.filter(|_| known).map(f64::sqrt),
                     selected: selected == Some(index),
-                    reason: self.reason(estimate, selected == Some(index)),
+                    reason: self.reason(estimate, selected == Some(index)).into(),
                 };
                 (estimate.chi_square.unwrap_or(f64::INFINITY), report)
             })
@@ -295,7 +319,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
 
     fn reason(&self, estimate: &Estimate<F>, selected: bool) -> String {
         let known = self.problem.reference_sigma();
-        if let Some(objection) = acceptance::objection(&self.model, &Unknowns::at(estimate.state.frame)) {
+        if let Some(objection) = acceptance::objection(self.problem, &estimate.state.frame) {
             return objection;
         }
         let chi_square = estimate.descends_to;
@@ -356,7 +380,7 @@ impl<const P: usize, const F: usize> Choice<'_, '_, P, F> {
         &self,
         estimate: &Estimate<F>,
         reports: Vec<RootReport>,
-        account: &Account<'_, '_, P>,
+        account: &Account<'_, '_>,
     ) -> Solution {
         let at = Unknowns::at(estimate.state.frame);
         let found = Found {

@@ -8,15 +8,18 @@
 //! The covariance is the inverse of the information at the minimum. Where no sigma is stated it is scaled by the
 //! residuals, and there is none without redundancy.
 
+use std::borrow::Cow;
+
 use touchref_core::{
-    Adjustment, ClosedForm, Measure, ParameterError, ParameterKind, ParameterSpec, Parameters, Problem, Root,
+    Adjustment, Frame, Measure, ParameterError, ParameterKind, ParameterSpec, Parameters, Problem, Root,
     RootKind, RootReport, Solution, SolveError, Solver, SolverPlugin,
 };
 
 use crate::{
-    acceptance::{self, Account, Found, Judgement, Margin, degenerate, rank_lost},
+    acceptance::{self, Account, Found, Judgement, Margin, degenerate, degrees_of_freedom, rank_lost},
+    levenberg_marquardt::linear_minimum,
     model::{Model, Quantity, SquareRoot, Unknowns, uncertain, with_unknowns},
-    refinement::execute,
+    refinement::{Ended, execute},
     words::{scale_of, short, wanted_dimensions},
 };
 
@@ -29,8 +32,8 @@ pub static PLUGIN: SolverPlugin = SolverPlugin {
         name: "margin",
         kind: ParameterKind::Choice(&["near", "full"]),
         default: Some("near"),
-        meaning: "how far beyond the stated sigma other frames are looked for: near (twice, or farther where that is \
-                  cheap to prove) or full (as far as the frame stands)",
+        meaning: "how far beyond the stated sigma other frames are looked for: near (a quarter, or farther where \
+                  that is cheap to prove) or full (as far as the frame stands)",
     }],
     about: "Minimises the squared misfit of all touches over the frame, each weighted by its sigma; dimensions and tip \
             radius with a stated uncertainty are unknowns, too, held by what is known of them. Starts from every root \
@@ -77,7 +80,7 @@ impl Solver for LeastSquares {
 struct Answer<'a, 'p, const P: usize> {
     problem: &'a Problem<'p>,
     model: Model<'a, P>,
-    judgement: Judgement<P>,
+    judgement: Judgement,
 }
 
 impl<const P: usize> Answer<'_, '_, P> {
@@ -92,12 +95,12 @@ impl<const P: usize> Answer<'_, '_, P> {
             return Err(refusal);
         }
         let best = self.judgement.best();
-        let (at, chi_square, iteration) = execute(&self.model, best.start)?;
-        // The same descent as the one that found the minimum, run to the end.
-        let size = self.problem.fixture().size();
-        let (at, chi_square) =
-            if best.is_at(&at.frame, size, 1.0) { (at, chi_square) } else { (best.state, best.chi_square) };
-        let root = self.model.square_root(&at);
+        // The descent that found the minimum, run to its very end; one that was cut short may lead elsewhere.
+        let mut ended = execute(&self.model, &Unknowns::at(best.start))?;
+        if !best.is_at(&ended.at.frame, self.problem.fixture().size(), 1.0) {
+            ended = execute(&self.model, &best.state)?;
+        }
+        let Ended { at, chi_square, root, iteration } = ended;
         let found = Found {
             frame: at.frame,
             residuals: (0..self.problem.touches().len()).map(|i| self.model.residual(&at, i)).collect(),
@@ -113,6 +116,9 @@ impl<const P: usize> Answer<'_, '_, P> {
 
     /// How far the uncertain dimensions and the tip moved.
     fn adjustments(&self, at: &Unknowns, root: &SquareRoot<P>) -> Vec<Adjustment> {
+        if self.model.extras().is_empty() {
+            return Vec::new();
+        }
         let Some(covariance) = root.covariance() else { return Vec::new() };
         let told = self.model.extras().iter().enumerate().filter_map(|(k, extra)| {
             let (name, nominal, scale) = match extra.what {
@@ -133,28 +139,60 @@ impl<const P: usize> Answer<'_, '_, P> {
         told.collect()
     }
 
-    /// Every real root, how far it is from the known geometry, and whether it led to the frame.
+    /// Every real root, how far it is from the known geometry, and which one leads to the frame. More touches than the
+    /// equations have unknowns have no roots: then every minimum that was weighed.
     fn reports(&self, accepted: bool) -> Vec<RootReport> {
-        let Some(closed_form) = self.problem.fixture().closed_form() else { return Vec::new() };
-        let mut reports: Vec<(f64, RootReport)> = Vec::new();
-        // What the equations refuse, the judgement has refused before.
-        let _ = closed_form.roots(self.problem, &mut |root| {
-            if root.kind == RootKind::Real {
-                reports.push(self.report(closed_form, &root));
-            }
+        let mut reports = self.of_roots().unwrap_or_else(|| {
+            let minima = self.judgement.minima.iter();
+            minima.map(|minimum| self.report(minimum.state.frame, minimum.chi_square, Vec::new())).collect()
         });
         reports.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut reports: Vec<RootReport> = reports.into_iter().map(|(_, report)| report).collect();
         if accepted && let Some(nearest) = self.nearest(&reports) {
-            let best = self.judgement.best();
             reports[..=nearest].rotate_right(1);
             reports[0].selected = true;
-            reports[0].reason = match self.problem.reference_sigma() {
-                Some(_) => format!("leads to the frame: chi-square {}", short(best.chi_square)),
-                None => format!("leads to the frame: a misfit of {}", short(best.chi_square.sqrt())),
-            };
+            reports[0].reason = Cow::Borrowed("leads to the frame");
         }
         reports
+    }
+
+    /// The real roots with their squared misfits under the known geometry, to first order.
+    fn of_roots(&self) -> Option<Vec<(f64, RootReport)>> {
+        let closed_form = self.problem.fixture().closed_form()?;
+        let measured = closed_form.measured();
+        if self.problem.touches().len() > 6 + measured.len() {
+            return None;
+        }
+        let dimensions = self.problem.fixture().dimensions();
+        let mut reports = Vec::new();
+        // What the equations refuse, the judgement has refused before.
+        let _ = closed_form.roots(self.problem, &mut |root| {
+            if root.kind == RootKind::Real {
+                let measures = measured.iter().zip(root.measures).map(|(index, value)| {
+                    let dimension = dimensions[*index];
+                    Measure { name: dimension.name, value: value * scale_of(dimension.quantity), u: None }
+                });
+                let misfit = linear_minimum(&self.model, &Unknowns::at(root.frame));
+                reports.push(self.report(root.frame, misfit, measures.collect()));
+            }
+        });
+        Some(reports)
+    }
+
+    /// A frame that the touches may mean, and its squared misfit.
+    fn report(&self, frame: Frame, misfit: f64, measures: Vec<Measure>) -> (f64, RootReport) {
+        let known = self.problem.reference_sigma().is_some();
+        let fits = misfit <= acceptance::AMBIGUOUS.value(degrees_of_freedom(self.problem));
+        let reason = match acceptance::objection(self.problem, &frame) {
+            Some(objection) => Cow::Owned(objection),
+            None if !known => {
+                Cow::Owned(format!("a misfit of {} from the known geometry", short(misfit.sqrt())))
+            }
+            None if fits => Cow::Borrowed("fits the known geometry"),
+            None => Cow::Borrowed("does not fit the known geometry"),
+        };
+        let told = known.then(|| misfit.sqrt());
+        (misfit, RootReport { frame, measures, misfit: told, selected: false, reason })
     }
 
     /// What the root nearest the known geometry says of the dimensions, for a refusal.
@@ -162,7 +200,7 @@ impl<const P: usize> Answer<'_, '_, P> {
         let Some(closed_form) = self.problem.fixture().closed_form() else { return String::new() };
         let mut best: Option<(f64, Root)> = None;
         let _ = closed_form.roots(self.problem, &mut |root| {
-            let misfit = self.model.square_root(&Unknowns::at(root.frame)).left_over;
+            let misfit = linear_minimum(&self.model, &Unknowns::at(root.frame));
             if root.kind == RootKind::Real && best.is_none_or(|(least, _)| misfit < least) {
                 best = Some((misfit, root));
             }
@@ -178,31 +216,5 @@ impl<const P: usize> Answer<'_, '_, P> {
         let distance = |report: &RootReport| best.mahalanobis(&report.frame);
         let nearest = reports.iter().enumerate().min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)));
         nearest.map(|(index, _)| index)
-    }
-
-    /// A root, and its squared misfit under the known geometry to first order.
-    fn report(&self, closed_form: &dyn ClosedForm, root: &Root) -> (f64, RootReport) {
-        let at = Unknowns::at(root.frame);
-        let square_root = self.model.square_root(&at);
-        let misfit = square_root.left_over;
-        let known = self.problem.reference_sigma().is_some();
-        let dimensions = self.problem.fixture().dimensions();
-        let measures = closed_form.measured().iter().zip(root.measures).map(|(index, value)| {
-            let dimension = dimensions[*index];
-            Measure { name: dimension.name, value: value * scale_of(dimension.quantity), u: None }
-        });
-        let reason = match acceptance::objection(&self.model, &at) {
-            Some(objection) => objection,
-            None if known => format!("{} standard deviations from the known geometry", short(misfit.sqrt())),
-            None => format!("a misfit of {} from the known geometry", short(misfit.sqrt())),
-        };
-        let report = RootReport {
-            frame: root.frame,
-            measures: measures.collect(),
-            misfit: known.then(|| misfit.sqrt()),
-            selected: false,
-            reason,
-        };
-        (misfit, report)
     }
 }

@@ -4,7 +4,7 @@
 //! stack; a descent allocates nothing. [`Descent::advance`] is the one step that the plain loop ([`descend`]) and the
 //! solver for argmin's `Executor` share.
 
-use crate::model::{Model, Normal, Unknowns};
+use crate::model::{Model, Normal, SquareRoot, Unknowns};
 
 /// A step shorter than this part of the fixture's size ends the descent: steps shrink at least tenfold near a
 /// minimum, so what is left is below 1e-10 of the size.
@@ -175,36 +175,48 @@ pub(crate) fn descend_unless<const P: usize>(
 ) -> Option<Descent<P>> {
     let mut descent = Descent::from(model, start);
     for _ in 0..STEPS {
-        let (progress, stop) = descent.advance(model);
-        if stop.is_some() {
-            break;
-        }
-        if progress.taken && arrived(&descent.at, descent.chi_square()) {
+        if arrived(&descent.at, descent.chi_square()) {
             return None;
+        }
+        if descent.advance(model).1.is_some() {
+            break;
         }
     }
     Some(descent)
 }
 
-/// Undamped steps by orthogonal rotations from near a minimum to where rounding ends them.
-pub(crate) fn polish<const P: usize>(model: &Model<'_, P>, from: Unknowns) -> Unknowns {
+/// The sum of squares that no unknown could take up were the residuals linear; infinite where they leave one free.
+pub(crate) fn linear_minimum<const P: usize>(model: &Model<'_, P>, at: &Unknowns) -> f64 {
+    let normal = model.normal_equations(at);
+    let Some(step) = damped_step(&normal, 0.0) else { return f64::INFINITY };
+    let taken = -step.iter().zip(&normal.gradient).map(|(x, g)| x * g).sum::<f64>();
+    (normal.chi_square - taken).max(0.0)
+}
+
+/// Undamped steps by orthogonal reflections from near a minimum to where rounding ends them; the minimum, and the square
+/// root of the information a step of rounding before it.
+pub(crate) fn polish<const P: usize>(model: &Model<'_, P>, from: Unknowns) -> (Unknowns, SquareRoot<P>) {
     /// Steps shrink by the curvature's part, below 0.5 for any frame that is accepted.
     const STEPS: usize = 60;
     let size = model.problem.fixture().size();
     let (mut at, mut last) = (from, f64::INFINITY);
+    let mut root = model.square_root(&at);
     for _ in 0..STEPS {
-        let Some(step) = model.square_root(&at).step() else { break };
+        let Some(step) = root.step() else { break };
         let length = length_of(&step, size);
         // It no longer shrinks: rounding.
         if length >= last {
             break;
         }
-        (at, last) = (at.moved(&step), length);
-        if length <= f64::EPSILON {
+        at = at.moved(&step);
+        // Steps shrink at the rate of the curvature: the next would be rounding.
+        if length <= f64::EPSILON || last.is_finite() && length * length <= f64::EPSILON * last {
             break;
         }
+        last = length;
+        root = model.square_root(&at);
     }
-    at
+    (at, root)
 }
 
 /// Length of a step: lengths in parts of the fixture's size (extras count as lengths), plus radians.

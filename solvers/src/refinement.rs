@@ -32,7 +32,7 @@ use touchref_core::{Frame, Iteration, Problem, SolveError};
 pub use crate::levenberg_marquardt::{Progress, Stop};
 use crate::{
     levenberg_marquardt::{Descent, STEPS, polish},
-    model::{Extra, Model, Unknowns, uncertain, with_unknowns},
+    model::{Extra, Model, SquareRoot, Unknowns, uncertain, with_unknowns},
 };
 
 /// argmin's state of the iteration: the unknowns, and in the place of the gradient the [`Progress`] of the last step.
@@ -152,9 +152,8 @@ pub fn refine(problem: &Problem<'_>, start: &Frame) -> Result<Refinement, SolveE
             history.push(progress);
             stop = ended;
         }
-        ended(&model, &descent.at, history.len(), stop).map(|(unknowns, chi_square, iteration)| {
-            Refinement { unknowns, chi_square, iteration, history }
-        })
+        let Ended { at, chi_square, iteration, .. } = ended(&model, &descent.at, history.len(), stop)?;
+        Ok(Refinement { unknowns: at, chi_square, iteration, history })
     })
 }
 
@@ -190,21 +189,28 @@ pub fn descend(problem: &Problem<'_>, start: &Frame) -> Descended {
 /// The same as [`refine`] by argmin's `Executor`, in a solver's own hands.
 pub(crate) fn execute<const P: usize>(
     model: &Model<'_, P>,
-    start: Frame,
-) -> Result<(Unknowns, f64, Iteration), SolveError> {
+    start: &Unknowns,
+) -> Result<Ended<P>, SolveError> {
     let failed =
         |error: Error| SolveError::Unsupported { solver: "least-squares", reason: error.to_string() };
     let result = Executor::new(Misfit(*model), LevenbergMarquardt::<P>::default())
-        .configure(|state: RefinementState| {
-            state.param(Unknowns::at(start)).max_iters(STEPS as u64).counting(false)
-        })
+        .configure(|state: RefinementState| state.param(*start).max_iters(STEPS as u64).counting(false))
         .ctrlc(false)
         .run()
         .map_err(failed)?;
     let steps = usize::try_from(result.state().get_iter()).unwrap_or(usize::MAX);
     let stop = result.solver().stop();
-    let at = result.state().get_param().copied().unwrap_or_else(|| Unknowns::at(start));
+    let at = result.state().get_param().copied().unwrap_or(*start);
     ended(model, &at, steps, stop)
+}
+
+/// The very minimum near where a descent ended.
+pub(crate) struct Ended<const P: usize> {
+    pub(crate) at: Unknowns,
+    pub(crate) chi_square: f64,
+    /// Square root of the information there.
+    pub(crate) root: SquareRoot<P>,
+    pub(crate) iteration: Iteration,
 }
 
 /// The very minimum near where a descent ended, or why there is none.
@@ -213,19 +219,20 @@ fn ended<const P: usize>(
     at: &Unknowns,
     steps: usize,
     stop: Option<Stop>,
-) -> Result<(Unknowns, f64, Iteration), SolveError> {
+) -> Result<Ended<P>, SolveError> {
     /// Undamped steps longer than this (standard deviations) do not tell a minimum.
     const SETTLED: f64 = 1e-3;
-    let polished = polish(model, *at);
-    let chi_square = model.chi_square(&polished);
+    let (at, root) = polish(model, *at);
+    let chi_square = model.chi_square(&at);
     let stop = stop.unwrap_or(Stop::Iterations);
     if !stop.converged() {
         // Where no sigma is stated, the residuals tell their own.
         let unit = if model.problem.reference_sigma().is_some() { 1.0 } else { chi_square.sqrt() };
-        let left = model.square_root(&polished).step_in_deviations() / unit;
+        let left = root.step_in_deviations() / unit;
         if left.is_nan() || left > SETTLED {
             return Err(SolveError::NotConverged { iterations: steps, step: left, bound: SETTLED });
         }
     }
-    Ok((polished, chi_square, Iteration { steps, stopped_by: stop.name() }))
+    let iteration = Iteration { steps, stopped_by: stop.name() };
+    Ok(Ended { at, chi_square, root, iteration })
 }

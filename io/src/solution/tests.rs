@@ -6,7 +6,7 @@ use super::*;
 fn solution() -> Solution {
     let twist = Twist { translation: Vector3::x(), rotation: Vector3::zeros() };
     let about = nalgebra::Point3::origin();
-    let weakest = Motion { twist, about, words: "slide along (1.0000, 0.0000, 0.0000)".to_owned() };
+    let weakest = Motion::new(twist, about);
     let trust = Trust {
         sigma: None,
         from_sigma: 0.1,

@@ -59,9 +59,9 @@ const NEAR: f64 = 1.25;
 /// A local minimum of the squared misfit.
 #[derive(Debug, Clone)]
 pub(crate) struct Minimum {
-    /// Where the descent that found it began.
-    pub(crate) start: Frame,
     pub(crate) state: Unknowns,
+    /// Steps of the descent that led to it.
+    pub(crate) steps: usize,
     pub(crate) chi_square: f64,
     /// Square root of the frame's information, over its twist along the fixture's axes.
     pub(crate) information: Matrix6<f64>,
@@ -117,8 +117,8 @@ fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey, So
             return;
         }
         minima.push(Minimum {
-            start,
             state: end.at,
+            steps: end.steps,
             chi_square: end.chi_square(),
             information: model.square_root(&end.at).of_frame(),
             objection: objection(problem, &end.at.frame),
@@ -356,7 +356,7 @@ pub(crate) fn rise_bound<const P: usize>(
     limit: f64,
 ) -> f64 {
     /// Each noise factor tried is this many times the one before.
-    const GROWTH: f64 = 1.5;
+    const GROWTH: f64 = 2.0;
     /// The least factor tried, in parts of the limit.
     const LEAST: f64 = 1e-3;
     /// Of the gap between one that holds and one that does not.

@@ -16,7 +16,9 @@ use touchref_core::{
 };
 
 use crate::{
-    acceptance::{self, Account, Found, Judgement, Margin, degenerate, degrees_of_freedom, rank_lost},
+    acceptance::{
+        self, Account, Found, Judgement, Margin, Minimum, degenerate, degrees_of_freedom, rank_lost,
+    },
     levenberg_marquardt::linear_minimum,
     model::{Model, Quantity, SquareRoot, Unknowns, uncertain, with_unknowns},
     refinement::{Ended, execute},
@@ -95,12 +97,8 @@ impl<const P: usize> Answer<'_, '_, P> {
             return Err(refusal);
         }
         let best = self.judgement.best();
-        // The descent that found the minimum, run to its very end; one that was cut short may lead elsewhere.
-        let mut ended = execute(&self.model, &Unknowns::at(best.start))?;
-        if !best.is_at(&ended.at.frame, self.problem.fixture().size(), 1.0) {
-            ended = execute(&self.model, &best.state)?;
-        }
-        let Ended { at, chi_square, root, iteration } = ended;
+        let Ended { at, chi_square, root, mut iteration } = execute(&self.model, &best.state)?;
+        iteration.steps += best.steps;
         let found = Found {
             frame: at.frame,
             residuals: (0..self.problem.touches().len()).map(|i| self.model.residual(&at, i)).collect(),
@@ -144,7 +142,9 @@ impl<const P: usize> Answer<'_, '_, P> {
     fn reports(&self, accepted: bool) -> Vec<RootReport> {
         let mut reports = self.of_roots().unwrap_or_else(|| {
             let minima = self.judgement.minima.iter();
-            minima.map(|minimum| self.report(minimum.state.frame, minimum.chi_square, Vec::new())).collect()
+            let told =
+                |m: &Minimum| self.report(m.state.frame, m.chi_square, m.objection.clone(), Vec::new());
+            minima.map(told).collect()
         });
         reports.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut reports: Vec<RootReport> = reports.into_iter().map(|(_, report)| report).collect();
@@ -173,17 +173,24 @@ impl<const P: usize> Answer<'_, '_, P> {
                     Measure { name: dimension.name, value: value * scale_of(dimension.quantity), u: None }
                 });
                 let misfit = linear_minimum(&self.model, &Unknowns::at(root.frame));
-                reports.push(self.report(root.frame, misfit, measures.collect()));
+                let objection = acceptance::objection(self.problem, &root.frame);
+                reports.push(self.report(root.frame, misfit, objection, measures.collect()));
             }
         });
         Some(reports)
     }
 
     /// A frame that the touches may mean, and its squared misfit.
-    fn report(&self, frame: Frame, misfit: f64, measures: Vec<Measure>) -> (f64, RootReport) {
+    fn report(
+        &self,
+        frame: Frame,
+        misfit: f64,
+        objection: Option<String>,
+        measures: Vec<Measure>,
+    ) -> (f64, RootReport) {
         let known = self.problem.reference_sigma().is_some();
         let fits = misfit <= acceptance::AMBIGUOUS.value(degrees_of_freedom(self.problem));
-        let reason = match acceptance::objection(self.problem, &frame) {
+        let reason = match objection {
             Some(objection) => Cow::Owned(objection),
             None if !known => {
                 Cow::Owned(format!("a misfit of {} from the known geometry", short(misfit.sqrt())))

@@ -85,11 +85,13 @@ pub(crate) struct Descent<const P: usize> {
     damping: f64,
     /// Whether no step was taken yet.
     first: bool,
+    /// Steps tried.
+    pub(crate) steps: usize,
 }
 
 impl<const P: usize> Descent<P> {
     pub(crate) fn from(model: &Model<'_, P>, start: Unknowns) -> Self {
-        Self { at: start, normal: model.normal_equations(&start), damping: DAMPING, first: true }
+        Self { at: start, normal: model.normal_equations(&start), damping: DAMPING, first: true, steps: 0 }
     }
 
     /// Squared misfit where it is.
@@ -101,6 +103,7 @@ impl<const P: usize> Descent<P> {
     /// Tries one step; says why the descent is over, if it is.
     #[inline]
     pub(crate) fn advance(&mut self, model: &Model<'_, P>) -> (Progress, Option<Stop>) {
+        self.steps += 1;
         let size = model.problem.fixture().size();
         let before = self.normal.chi_square;
         let gradient = self.normal.cosine();

@@ -96,33 +96,35 @@ impl Minimum {
 }
 
 /// Every minimum found, lowest first, and the noise up to which the search claims to be complete.
-struct Survey {
-    minima: Vec<Minimum>,
+struct Survey<const P: usize> {
+    minima: Vec<(Minimum, SquareRoot<P>)>,
     complete_up_to: f64,
 }
 
 /// Descends from every candidate that the fixture knows at `noise` times the problem's sigmas.
-fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey, SolveError> {
+fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey<P>, SolveError> {
     let problem = model.problem;
     let size = problem.fixture().size();
-    let mut minima: Vec<Minimum> = Vec::new();
+    let mut minima: Vec<(Minimum, SquareRoot<P>)> = Vec::new();
     // A search far beyond the noise tells minima apart no worse.
     let apart = noise.min(1.0);
     let mut visit = |start: Frame| {
         let known = |state: &Unknowns, chi_square: f64| {
-            minima.iter().any(|m| m.is_basin_of(&state.frame, chi_square, size, apart))
+            minima.iter().any(|(m, _)| m.is_basin_of(&state.frame, chi_square, size, apart))
         };
         let Some(end) = descend_unless(model, Unknowns::at(start), known) else { return };
-        if !end.chi_square().is_finite() || minima.iter().any(|m| m.is_at(&end.at.frame, size, apart)) {
+        if !end.chi_square().is_finite() || minima.iter().any(|(m, _)| m.is_at(&end.at.frame, size, apart)) {
             return;
         }
-        minima.push(Minimum {
+        let root = model.square_root(&end.at);
+        let minimum = Minimum {
             state: end.at,
             steps: end.steps,
             chi_square: end.chi_square(),
-            information: model.square_root(&end.at).of_frame(),
+            information: root.of_frame(),
             objection: objection(problem, &end.at.frame),
-        });
+        };
+        minima.push((minimum, root));
     };
     if let Some(near) = problem.expected_near() {
         visit(*near);
@@ -131,7 +133,7 @@ fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey, So
         Some(closed_form) => closed_form.candidates(problem, noise, &mut visit)?,
         None => 0.0,
     };
-    minima.sort_by(|a, b| a.chi_square.total_cmp(&b.chi_square));
+    minima.sort_by(|(a, _), (b, _)| a.chi_square.total_cmp(&b.chi_square));
     Ok(Survey { minima, complete_up_to })
 }
 
@@ -259,6 +261,7 @@ impl Judgement {
     fn at_noise<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Self, SolveError> {
         let problem = model.problem;
         let Survey { minima, complete_up_to } = survey(model, noise)?;
+        let (minima, roots): (Vec<Minimum>, Vec<SquareRoot<P>>) = minima.into_iter().unzip();
         let standing: Vec<usize> = (0..minima.len()).filter(|i| minima[*i].objection.is_none()).collect();
         // Where something speaks against every minimum, weigh them all the same: the refusal says why.
         let Some(&lowest) = standing.first().or((!minima.is_empty()).then_some(&0)) else {
@@ -269,7 +272,7 @@ impl Judgement {
         let (chosen, by_near) = choose(problem, &minima, &standing, lowest, ambiguous);
         let second = standing.iter().copied().find(|i| *i != chosen);
 
-        let best = &minima[chosen];
+        let (best, root) = (&minima[chosen], &roots[chosen]);
         let frame = best.state.frame;
         let weakest = Weakest::of(&best.information, problem.fixture().size());
         let observability = Observability::from_singular_values(
@@ -279,8 +282,7 @@ impl Judgement {
             &weakest.twist,
         );
         let weakest_sd = 1.0 / (weakest.least() * problem.fixture().size());
-        let root = model.square_root(&best.state);
-        let curvature = model.curvature(&best.state, &root);
+        let curvature = model.curvature(&best.state, root);
         let at_level = |chi_square: f64, level: f64| (chi_square / level).sqrt();
         let from = if degrees == 0 { 0.0 } else { at_level(best.chi_square, INCONSISTENT.value(degrees)) };
         let ambiguity = match second {
@@ -294,7 +296,7 @@ impl Judgement {
             rise: f64::INFINITY,
             search: complete_up_to,
         };
-        bounds.rise = rise_bound(model, (&best.state, best.chi_square), &root, &weakest, bounds.up_to().0);
+        bounds.rise = rise_bound(model, (&best.state, best.chi_square), root, &weakest, bounds.up_to().0);
         Ok(Self { minima, chosen, second, by_near, bounds, curvature, weakest_sd, observability })
     }
 

@@ -196,16 +196,20 @@ pub(crate) fn linear_minimum<const P: usize>(model: &Model<'_, P>, at: &Unknowns
     (normal.chi_square - taken).max(0.0)
 }
 
-/// Undamped steps by orthogonal reflections from near a minimum to where rounding ends them; the minimum, and the square
-/// root of the information a step of rounding before it.
+/// Undamped steps from near a minimum to where rounding ends them; the minimum, and the square root of the information
+/// near it.
+///
+/// All but the first share one factor, by orthogonal reflections; each is the correction that makes semi-normal
+/// equations as accurate as those (Bjorck, Numerical Methods for Least Squares Problems, 1996, section 6.6.5).
 pub(crate) fn polish<const P: usize>(model: &Model<'_, P>, from: Unknowns) -> (Unknowns, SquareRoot<P>) {
     /// Steps shrink by the curvature's part, below 0.5 for any frame that is accepted.
     const STEPS: usize = 60;
     let size = model.problem.fixture().size();
+    let root = model.square_root(&from);
     let (mut at, mut last) = (from, f64::INFINITY);
-    let mut root = model.square_root(&at);
+    let mut next = root.step();
     for _ in 0..STEPS {
-        let Some(step) = root.step() else { break };
+        let Some(step) = next else { break };
         let length = length_of(&step, size);
         // It no longer shrinks: rounding.
         if length >= last {
@@ -217,7 +221,7 @@ pub(crate) fn polish<const P: usize>(model: &Model<'_, P>, from: Unknowns) -> (U
             break;
         }
         last = length;
-        root = model.square_root(&at);
+        next = root.step_against(&model.gradient(&at));
     }
     (at, root)
 }

@@ -302,6 +302,21 @@ impl<'a, const P: usize> Model<'a, P> {
         normal
     }
 
+    /// Half the slope of the squared misfit.
+    pub(crate) fn gradient(&self, state: &Unknowns) -> [f64; P] {
+        let mut sum = [0.0; P];
+        let mut add = |row: &Row<P>| {
+            for (sum, slope) in sum.iter_mut().zip(row.gradient) {
+                *sum += slope * row.residual;
+            }
+        };
+        for index in 0..self.problem.touches().len() {
+            add(&self.row(state, index));
+        }
+        self.prior_rows(state).for_each(|row| add(&row));
+        sum
+    }
+
     /// Upper triangular `r` with `r^T r = J^T W J`, and `q` with `r^T q = J^T W residuals`, by Householder reflections
     /// of a block of rows at a time: accurate where the normal equations would square the condition.
     pub(crate) fn square_root(&self, state: &Unknowns) -> SquareRoot<P> {
@@ -490,12 +505,29 @@ impl<const P: usize> SquareRoot<P> {
         inverse.iter().flatten().all(|v| v.is_finite()).then_some(inverse)
     }
 
-    /// The Gauss-Newton step `-r^-1 q`.
+    /// The Gauss-Newton step `-r^-1 q`; `None` where an unknown is free.
     pub(crate) fn step(&self) -> Option<[f64; P]> {
+        self.step_to(&self.q)
+    }
+
+    /// The step `-r^-1 r^-T gradient`.
+    pub(crate) fn step_against(&self, gradient: &[f64; P]) -> Option<[f64; P]> {
+        let mut q = *gradient;
+        for i in 0..P {
+            q[i] /= self.r[i][i];
+            for j in i + 1..P {
+                q[j] -= self.r[i][j] * q[i];
+            }
+        }
+        self.step_to(&q)
+    }
+
+    /// `-r^-1 q`.
+    fn step_to(&self, q: &[f64; P]) -> Option<[f64; P]> {
         let mut step = [0.0; P];
         for i in (0..P).rev() {
             let known: f64 = (i + 1..P).map(|j| self.r[i][j] * step[j]).sum();
-            step[i] = -(self.q[i] + known) / self.r[i][i];
+            step[i] = -(q[i] + known) / self.r[i][i];
         }
         step.iter().all(|v| v.is_finite()).then_some(step)
     }

@@ -228,7 +228,7 @@ fn ended<const P: usize>(
     if !stop.converged() {
         // Where no sigma is stated, the residuals tell their own.
         let unit = if model.problem.reference_sigma().is_some() { 1.0 } else { chi_square.sqrt() };
-        let left = root.step_in_deviations() / unit;
+        let left = model.square_root(&at).step_in_deviations() / unit;
         if left.is_nan() || left > SETTLED {
             return Err(SolveError::NotConverged { iterations: steps, step: left, bound: SETTLED });
         }

@@ -23,7 +23,7 @@ fn solution() -> Solution {
         measures: vec![Measure { name: "radius", value: 1.2, u: None }],
         misfit: Some(f64::NAN),
         selected: true,
-        reason: "the only one".to_owned(),
+        reason: "the only one".into(),
     });
     solution.covariance = Some(Covariance {
         matrix: Matrix6::identity() / 3.0,

@@ -3,12 +3,14 @@
 
 #![allow(missing_docs, clippy::unwrap_used)] // A bench may panic.
 
+mod rounds;
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use std::{hint::black_box, time::Instant};
+use std::hint::black_box;
 
 use nalgebra::Point3;
+use rounds::Rounds;
 use support::companion::Equations;
 use touchref::{
     Frame, Probe, Problem, Touch,
@@ -16,7 +18,6 @@ use touchref::{
 };
 
 const PROBLEMS: usize = 1000;
-const ROUNDS: usize = 101;
 
 #[allow(clippy::print_stdout)]
 fn main() {
@@ -66,23 +67,15 @@ fn main() {
         black_box(sum);
     };
 
-    let mut times = [const { Vec::new() }; 3];
-    for _ in 0..ROUNDS {
-        for (times, run) in times.iter_mut().zip([&ours as &dyn Fn(), &companion, &eigenvalues]) {
-            let start = Instant::now();
-            run();
-            times.push(start.elapsed().as_secs_f64() * 1e9 / PROBLEMS as f64);
-        }
+    let rounds = Rounds::of(PROBLEMS, [&ours, &companion, &eigenvalues]);
+    let labels = [
+        "closed form, 4 + 3 touches to every frame",
+        "companion matrix, touches to angles",
+        "companion matrix, eigenvalues alone",
+    ];
+    for (method, label) in labels.into_iter().enumerate() {
+        println!("{label:44} {:8.0} ns   {:4.1} times", rounds.time(method), rounds.ratio(method, 0));
     }
-    // The median of the rounds' own ratios: a disturbance hits a round's three alike.
-    let ratio = |of: &[f64]| median(of.iter().zip(&times[0]).map(|(theirs, ours)| theirs / ours).collect());
-    let [ratio_companion, ratio_eigenvalues] = [ratio(&times[1]), ratio(&times[2])];
-    let [ours, companion, eigenvalues] = times.map(median);
-    println!("closed form, 4 + 3 touches to every frame    {ours:8.0} ns");
-    println!("companion matrix, touches to angles          {companion:8.0} ns   {ratio_companion:.1} times");
-    println!(
-        "companion matrix, eigenvalues alone          {eigenvalues:8.0} ns   {ratio_eigenvalues:.1} times"
-    );
 }
 
 /// A polynomial with the spread of coefficients that the equations have.
@@ -90,9 +83,4 @@ fn coefficients(trial: u64) -> nalgebra::SVector<f64, 7> {
     use rand::RngExt;
     let mut rng = generator(8, trial);
     nalgebra::SVector::from_fn(|_, _| rng.random_range(-1.0..1.0))
-}
-
-fn median(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
 }

@@ -64,6 +64,7 @@ impl Frame {
 
     /// Maps a point given in the parent into fixture coordinates.
     #[must_use]
+    #[inline]
     pub fn to_fixture(&self, point: &Point3<f64>) -> Point3<f64> {
         Point3::from(self.rotation.matrix().tr_mul(&(point - self.origin)))
     }
@@ -71,6 +72,7 @@ impl Frame {
     /// The frame after a small motion told along the **fixture's** axes, about the fixture's origin:
     /// `origin + R v`, `R exp(w)`.
     #[must_use]
+    #[inline]
     pub fn moved(&self, twist: &Twist) -> Self {
         Self {
             rotation: self.rotation * exp(&twist.rotation),
@@ -202,17 +204,46 @@ impl From<Twist> for Vector6<f64> {
 }
 
 /// The rotation by a rotation vector (Rodrigues), exact near zero.
+#[inline]
 fn exp(w: &Vector3<f64>) -> Rotation3<f64> {
-    // A unit quaternion keeps the product a rotation to rounding; `sin(x/2)/x` needs care only at zero.
-    let half = 0.5 * w.norm();
-    let factor = if half > 0.0 { half.sin() / (2.0 * half) } else { 0.5 };
-    let q = nalgebra::Quaternion::from_parts(half.cos(), w * factor);
-    nalgebra::UnitQuaternion::new_normalize(q).to_rotation_matrix()
+    /// Square of half an angle (0.25 rad) below which the series end beneath rounding; steps of iterations are shorter.
+    const SMALL: f64 = 1.0 / 16.0;
+    let x = 0.25 * w.norm_squared();
+    // cos(t/2), and sin(t/2) / t.
+    let (cos, factor) = if x < SMALL {
+        let cos = 1.0
+            + x * (-1.0 / 2.0
+                + x * (1.0 / 24.0 + x * (-1.0 / 720.0 + x * (1.0 / 40_320.0 + x * (-1.0 / 3_628_800.0)))));
+        let sinc = 1.0
+            + x * (-1.0 / 6.0
+                + x * (1.0 / 120.0
+                    + x * (-1.0 / 5_040.0 + x * (1.0 / 362_880.0 + x * (-1.0 / 39_916_800.0)))));
+        (cos, 0.5 * sinc)
+    } else {
+        let half = x.sqrt();
+        (half.cos(), half.sin() / (2.0 * half))
+    };
+    // A unit quaternion, to rounding.
+    let q = nalgebra::Quaternion::from_parts(cos, w * factor);
+    nalgebra::UnitQuaternion::new_unchecked(q).to_rotation_matrix()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Short turns add up to long ones: on either side of where the series give way.
+    #[test]
+    fn small_turns_add_up() {
+        let axis = Vector3::new(0.6, -0.64, 0.48);
+        for angle in [1e-9, 1e-3, 0.1, 0.49, 0.4999, 0.5, 0.5001, 0.6, 3.0] {
+            let turned = |by: f64| exp(&(axis * by)).matrix().clone_owned();
+            let (whole, half) = (turned(angle), turned(0.5 * angle));
+            assert!((whole - half * half).abs().max() < 4.0 * f64::EPSILON, "{angle}");
+            let expected = Rotation3::from_axis_angle(&nalgebra::Unit::new_normalize(axis), angle);
+            assert!((whole - expected.matrix()).abs().max() < 4.0 * f64::EPSILON, "{angle}");
+        }
+    }
 
     /// Product of elementary rotations, the independent way to build one.
     fn zyx(z: f64, y: f64, x: f64) -> Frame {

@@ -4,7 +4,7 @@
 //! stack; a descent allocates nothing. [`Descent::advance`] is the one step that the plain loop ([`descend`]) and the
 //! solver for argmin's `Executor` share.
 
-use crate::model::{Model, Normal, SquareRoot, Unknowns};
+use crate::model::{Model, Normal, SquareRoot, Unknowns, unrolled};
 
 /// A step shorter than this part of the fixture's size ends the descent: steps shrink at least tenfold near a
 /// minimum, so what is left is below 1e-10 of the size.
@@ -17,12 +17,17 @@ const COST: f64 = 1e-8;
 const GRADIENT: f64 = 1e-12;
 /// Steps tried before a descent counts as not converged. Sound starts need three to six, bad ones tens.
 pub(crate) const STEPS: usize = 100;
-/// Damping at the start: nearly Gauss-Newton, as starts come from a closed form.
-const DAMPING: f64 = 1e-4;
+/// Damping at the start: all but Gauss-Newton, as starts come from a closed form.
+const DAMPING: f64 = 1e-6;
 /// A first step longer than this (parts of the fixture's size plus radians) shows a start that is far off.
 const FAR: f64 = 0.25;
 /// Damping from there: Gauss-Newton's step would leave the region where it is true.
-const FAR_DAMPING: f64 = 1.0;
+const FAR_DAMPING: f64 = 10.0;
+/// A step longer than this (as [`FAR`]) is still far off: damping then falls slowly, for long steps slide into other
+/// basins.
+const LONG: f64 = 0.1;
+/// What damping falls by after a long step, and after any other.
+const FALL: [f64; 2] = [0.5, 0.1];
 /// Damping above which no step downhill exists to rounding.
 const MOST_DAMPING: f64 = 1e12;
 
@@ -141,7 +146,7 @@ impl<const P: usize> Descent<P> {
         let short = length <= STEP;
         if downhill {
             (self.at, self.normal, self.first) = (next, next_normal, false);
-            self.damping *= 0.1;
+            self.damping *= FALL[usize::from(length <= LONG)];
         }
         (progress.chi_square, progress.taken) = (self.normal.chi_square, downhill);
         if short {
@@ -233,47 +238,34 @@ fn length_of<const P: usize>(step: &[f64; P], size: f64) -> f64 {
     let norm = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>().sqrt();
     norm(lengths) / size + norm(turns)
 }
-/// Solves `(A + damping diag A) x = -g` by `L D L^T`; `None` when that is not positive definite.
+/// Solves `(A + damping diag A) x = -g` by elimination; `None` when that is not positive definite.
 #[allow(clippy::needless_range_loop)] // Triangular indices read as in the books.
 #[inline]
 fn damped_step<const P: usize>(normal: &Normal<P>, damping: f64) -> Option<[f64; P]> {
-    let mut l = normal.matrix;
-    let mut d = [0.0; P];
+    let (mut upper, mut right) = (normal.matrix, normal.gradient);
+    let mut inverse = [0.0; P];
     for i in 0..P {
-        l[i][i] *= 1.0 + damping;
+        upper[i][i] *= 1.0 + damping;
     }
-    for j in 0..P {
-        let mut pivot = l[j][j];
-        for k in 0..j {
-            pivot -= l[j][k] * l[j][k] * d[k];
-        }
+    unrolled!(i in P => {
+        let pivot = upper[i][i];
         // Not positive, or NaN.
         if pivot.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
             return None;
         }
-        d[j] = pivot;
-        for i in j + 1..P {
-            let mut sum = l[i][j];
-            for k in 0..j {
-                sum -= l[i][k] * l[j][k] * d[k];
-            }
-            l[i][j] = sum / pivot;
-        }
-    }
-    let mut x = [0.0; P];
-    for i in 0..P {
-        let mut sum = -normal.gradient[i];
-        for k in 0..i {
-            sum -= l[i][k] * x[k];
-        }
-        x[i] = sum;
-    }
-    for i in (0..P).rev() {
-        let mut sum = x[i] / d[i];
+        inverse[i] = 1.0 / pivot;
         for k in i + 1..P {
-            sum -= l[k][i] * x[k];
+            let factor = upper[i][k] * inverse[i];
+            for j in k..P {
+                upper[k][j] -= factor * upper[i][j];
+            }
+            right[k] -= factor * right[i];
         }
-        x[i] = sum;
+    });
+    let mut x = [0.0; P];
+    for i in (0..P).rev() {
+        let known: f64 = (i + 1..P).map(|k| upper[i][k] * x[k]).sum();
+        x[i] = -(right[i] + known) * inverse[i];
     }
     x.iter().all(|v| v.is_finite()).then_some(x)
 }

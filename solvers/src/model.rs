@@ -8,6 +8,21 @@
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
 use touchref_core::{Contact, Frame, MAX_DIMENSIONS, Noise, Problem, Shape, Twist};
 
+/// Runs `$body` for `$i` from zero to the constant `$count`, each time with a constant `$i`: the compiler leaves loops of
+/// this size rolled, and their triangular inner loops with them.
+macro_rules! unrolled {
+    ($i:ident in $count:ident => $body:block) => {
+        unrolled!(@ $i $count $body 0 1 2 3 4 5 6 7 8 9 10 11 12)
+    };
+    (@ $i:ident $count:ident $body:block $($constant:literal)*) => {
+        $(if $constant < $count {
+            let $i: usize = $constant;
+            $body
+        })*
+    };
+}
+pub(crate) use unrolled;
+
 /// An unknown besides the frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extra {
@@ -90,7 +105,7 @@ pub(crate) struct Row<const P: usize> {
     pub(crate) gradient: [f64; P],
 }
 
-/// Normal equations: lower triangle of `J^T W J`, `J^T W r`, and `r^T W r`.
+/// Normal equations: upper triangle of `J^T W J`, `J^T W r`, and `r^T W r`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Normal<const P: usize> {
     pub(crate) matrix: [[f64; P]; P],
@@ -104,14 +119,13 @@ impl<const P: usize> Normal<P> {
         reason = "in every evaluation of every solver: a call costs as much as it does"
     )]
     #[inline(always)]
-    #[allow(clippy::needless_range_loop)] // Triangular indices read as in the books.
     fn add(&mut self, row: &Row<P>) {
-        for i in 0..P {
-            for j in 0..=i {
+        unrolled!(i in P => {
+            for j in i..P {
                 self.matrix[i][j] += row.gradient[i] * row.gradient[j];
             }
             self.gradient[i] += row.gradient[i] * row.residual;
-        }
+        });
         self.chi_square += row.residual * row.residual;
     }
 
@@ -458,21 +472,17 @@ impl<const P: usize> SquareRoot<P> {
     /// leaves a positive diagonal.
     #[allow(clippy::needless_range_loop)] // Triangular indices read as in the books.
     fn absorb(&mut self, block: &mut Block<P>) {
-        for i in 0..P {
+        unrolled!(i in P => {
             let mut reflected = block.gradients[i];
             let square = dot(&reflected, &reflected);
-            if square == 0.0 {
-                continue;
-            }
             let before = self.r[i][i];
             let diagonal = (before * before + square).sqrt();
             // `before - diagonal`, without cancellation.
             let first = -square / (before + diagonal);
-            let scale = 1.0 / first;
+            let (scale, factor) = if square == 0.0 { (0.0, 0.0) } else { (1.0 / first, -first / diagonal) };
             for v in &mut reflected {
                 *v *= scale;
             }
-            let factor = -first / diagonal;
             let reflect = |mine: &mut f64, theirs: &mut [f64; ROWS]| {
                 let by = factor * (*mine + dot(&reflected, theirs));
                 *mine -= by;
@@ -485,7 +495,7 @@ impl<const P: usize> SquareRoot<P> {
                 reflect(&mut self.r[i][j], &mut block.gradients[j]);
             }
             reflect(&mut self.q[i], &mut block.residuals);
-        }
+        });
     }
 
     /// The inverse of `r`; `None` when a diagonal element is zero.
@@ -790,7 +800,7 @@ mod tests {
         let model = Model::<8>::new(&problem, &EXTRAS);
         let (root, normal) = (model.square_root(&state()), model.normal_equations(&state()));
         for i in 0..8 {
-            for j in 0..=i {
+            for j in i..8 {
                 let product: f64 = (0..8).map(|k| root.r[k][i] * root.r[k][j]).sum();
                 assert!((product - normal.matrix[i][j]).abs() < 1e-12 * normal.matrix[i][i].abs().max(1.0));
             }
@@ -799,7 +809,7 @@ mod tests {
         let step = root.step().unwrap();
         for i in 0..8 {
             let product: f64 = (0..8)
-                .map(|j| if j <= i { normal.matrix[i][j] } else { normal.matrix[j][i] } * step[j])
+                .map(|j| if j >= i { normal.matrix[i][j] } else { normal.matrix[j][i] } * step[j])
                 .sum();
             assert!(
                 (product + normal.gradient[i]).abs() < 1e-9 * normal.gradient[i].abs().max(1.0),

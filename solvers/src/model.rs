@@ -100,6 +100,7 @@ pub(crate) struct Model<'a, const P: usize> {
 }
 
 /// One whitened observation: residual and gradient over standard deviation.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Row<const P: usize> {
     pub(crate) residual: f64,
     pub(crate) gradient: [f64; P],
@@ -308,9 +309,17 @@ impl<'a, const P: usize> Model<'a, P> {
 
     #[inline]
     pub(crate) fn normal_equations(&self, state: &Unknowns) -> Normal<P> {
+        const TOGETHER: usize = 4;
         let mut normal = Normal { matrix: [[0.0; P]; P], gradient: [0.0; P], chi_square: 0.0 };
-        for index in 0..self.problem.touches().len() {
-            normal.add(&self.row(state, index));
+        // A few touches at a time, so that their square roots and divisions do not wait for each other.
+        let count = self.problem.touches().len();
+        let mut rows = [Row { residual: 0.0, gradient: [0.0; P] }; TOGETHER];
+        for first in (0..count).step_by(TOGETHER) {
+            let together = &mut rows[..TOGETHER.min(count - first)];
+            for (k, row) in together.iter_mut().enumerate() {
+                *row = self.row(state, first + k);
+            }
+            together.iter().for_each(|row| normal.add(row));
         }
         self.prior_rows(state).for_each(|row| normal.add(&row));
         normal

@@ -10,7 +10,7 @@ use touchref_core::{
 
 use super::{
     Finding, Promise,
-    case::{Case, Places, REGULAR, SOUND, UNIT, is_sound},
+    case::{Case, Places, REGULAR, SOUND, UNIT},
     ensure, without_panic,
 };
 use crate::reference::{Magnitude, NullSpace, Unknown, condition, condition_at, descend};
@@ -67,18 +67,17 @@ fn description(subject: &Subject<'_>) -> Finding {
 
 /// What holds of the parameters of every plugin.
 pub(super) fn documented<P: Plugin>(plugin: &P, complete: &Parameters) -> Result<(), String> {
-    const INSTEAD_OF: &str = "instead of ";
     /// A name that no plugin has.
     const UNKNOWN: &str = "no such parameter";
-    for (index, ParameterSpec { name, kind, default, meaning }) in plugin.parameters().iter().enumerate() {
+    for (index, spec) in plugin.parameters().iter().enumerate() {
+        let ParameterSpec { name, kind, default, meaning } = *spec;
         ensure!(!meaning.trim().is_empty(), "nothing is said of parameter `{name}`");
-        let twice = plugin.parameters()[..index].iter().any(|other| other.name == *name);
+        let twice = plugin.parameters()[..index].iter().any(|other| other.name == name);
         ensure!(!twice, "two parameters are named `{name}`");
         if let Some(default) = default {
             // A parameter that takes the place of another names it instead.
-            let other = default.strip_prefix(INSTEAD_OF);
-            let replaces = plugin.parameters().iter().any(|spec| Some(spec.name) == other);
-            let is_value = replaces || parse(*kind, default).is_some();
+            let replaces = plugin.parameters().iter().any(|other| spec.replaces() == Some(other.name));
+            let is_value = replaces || parse(kind, default).is_some();
             ensure!(is_value, "the default of `{name}`, {default:?}, is no {kind}");
         }
     }
@@ -570,7 +569,7 @@ fn wild_touches(subject: &Subject<'_>) -> Finding {
             let probe = Probe { sigma, ..*probe };
             let Ok(problem) = Problem::new(fixture, touches, probe) else { continue };
             let frames = without_panic(|| asked(fixture, &problem, &NOISES)).and_then(|frames| frames);
-            let verdict = frames.and_then(|frames| match frames.iter().find(|frame| !is_sound(frame)) {
+            let verdict = frames.and_then(|frames| match frames.iter().find(|frame| !frame.is_sound()) {
                 Some(frame) => Err(format!("a frame that is none, at {}", frame.origin)),
                 None => Ok(()),
             });

@@ -10,7 +10,7 @@ use touchref_core::{
 
 use super::{
     Claim, Finding, Promise,
-    case::{self, Case, Places, REGULAR, SOUND, View, is_sound},
+    case::{self, Case, Places, REGULAR, SOUND, View},
     ensure,
     fixture::{RECOVERED, documented, none_wrong, null_space_case},
     without_panic,
@@ -80,7 +80,7 @@ impl<'a> Subject<'a> {
     fn outcome(&self, problem: &Problem<'_>) -> Result<Result<Solution, SolveError>, String> {
         let outcome = self.solver.solve(problem);
         match &outcome {
-            Ok(solution) => ensure!(is_sound(&solution.frame), "a frame that is none: {:?}", solution.frame),
+            Ok(solution) => ensure!(solution.frame.is_sound(), "a frame that is none: {:?}", solution.frame),
             Err(refusal) => {
                 let told = !refusal.to_string().is_empty() && !refusal.help().is_empty();
                 ensure!(told, "refused as `{}` without words or help", refusal.code());
@@ -323,7 +323,7 @@ fn margin(subject: &Subject<'_>, solution: &Solution, sigma: f64) -> Result<(), 
     ensure!(selected <= 1, "{selected} roots are the one");
     let dimensions = subject.fixture.fixture.dimensions();
     for root in &solution.roots {
-        ensure!(is_sound(&root.frame), "a root whose frame is none: {:?}", root.frame);
+        ensure!(root.frame.is_sound(), "a root whose frame is none: {:?}", root.frame);
         ensure!(!root.reason.trim().is_empty(), "a root without reason");
         for measure in &root.measures {
             let known = dimensions.iter().any(|dimension| dimension.name == measure.name);

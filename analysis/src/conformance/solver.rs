@@ -12,7 +12,7 @@ use super::{
     Claim, Finding, Promise,
     case::{self, Case, Places, REGULAR, SOUND, View},
     ensure,
-    fixture::{RECOVERED, documented, none_wrong, null_space_case},
+    fixture::{RECOVERED, documented, no_harm, null_space_case},
     without_panic,
 };
 use crate::{
@@ -523,17 +523,7 @@ fn nothing_invented(solution: &Solution) -> Result<(), String> {
 }
 
 fn wild_touches(subject: &Subject<'_>) -> Finding {
-    let wild = subject.fixture.wild();
-    let mut wrong = Vec::new();
-    for (what, touches, probe) in &wild {
-        for sigma in [probe.sigma, None] {
-            let probe = Probe { sigma, ..*probe };
-            let Ok(problem) = Problem::new(&*subject.fixture.fixture, touches, probe) else { continue };
-            let verdict = without_panic(|| subject.outcome(&problem)).and_then(|outcome| outcome.map(|_| ()));
-            wrong.extend(verdict.err().map(|words| format!("{what}, sigma {sigma:?}: {words}")));
-        }
-    }
-    none_wrong(&wild, &wrong)
+    no_harm(&subject.fixture, |problem| subject.outcome(problem).map(|_| ()))
 }
 
 fn null_space(subject: &Subject<'_>) -> Finding {

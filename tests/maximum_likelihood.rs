@@ -110,13 +110,15 @@ fn read_touch(fixture: &dyn Fixture, json: &Json) -> Touch {
 }
 
 /// What of a solution is compared, and how far it may be off.
-const COMPARED: [(&str, f64); 6] = [
+const COMPARED: [(&str, f64); 8] = [
     ("origin, in fixture sizes", 1e-9),
     ("rotation, in radians", 1e-9),
     ("variances, relative", 1e-5),
     ("covariances, in standard deviations", 1e-5),
     ("chi-square, absolute and relative", 1e-6),
     ("residuals, in fixture sizes", 1e-9),
+    ("uncertain quantities, in fixture sizes or radians", 1e-9),
+    ("their uncertainties, relative", 1e-5),
 ];
 
 /// How far a solution is off, in the order of [`COMPARED`].
@@ -133,6 +135,7 @@ fn off(case: &Case, solution: &Solution) -> [f64; COMPARED.len()] {
     let residuals = case.json["residuals"].as_array().unwrap();
     assert_eq!(solution.residuals.len(), residuals.len(), "{case}");
     let residuals = solution.residuals.iter().zip(residuals);
+    let [quantities, uncertainties] = off_in_quantities(case, solution);
     [
         (solution.frame.origin - frame.origin).norm() / size,
         // A small rotation has twice the square of its angle in the squares of its matrix.
@@ -141,7 +144,27 @@ fn off(case: &Case, solution: &Solution) -> [f64; COMPARED.len()] {
         difference.max(),
         (solution.chi_square.unwrap() - chi_square).abs() / (1.0 + chi_square),
         residuals.map(|(got, want)| (got.length - want.as_f64().unwrap()).abs()).fold(0.0, f64::max) / size,
+        quantities,
+        uncertainties,
     ]
+}
+
+/// How far what was uncertain of fixture and tip is off, at most, and how far its uncertainty.
+fn off_in_quantities(case: &Case, solution: &Solution) -> [f64; 2] {
+    let quantities = case.json["quantities"].as_array().unwrap();
+    assert_eq!(solution.adjustments.len(), quantities.len(), "{case}");
+    let mut worst = [0.0_f64; 2];
+    for quantity in quantities {
+        let name = quantity["name"].as_str().unwrap();
+        let adjusted = solution.adjustments.iter().find(|adjusted| adjusted.name == name);
+        let adjusted = adjusted.unwrap_or_else(|| panic!("{case}: `{name}` was no unknown"));
+        let (value, u) = number(quantity);
+        let unit = if name == "angle_deg" { 1.0_f64.to_degrees() } else { case.fixture.size() };
+        assert!(adjusted.value.is_finite() && adjusted.u.is_finite(), "{case}: {adjusted:?}");
+        worst[0] = worst[0].max((adjusted.value - value).abs() / unit);
+        worst[1] = worst[1].max((adjusted.u / u - 1.0).abs());
+    }
+    worst
 }
 
 /// Solves every case of a fixture; tells the worst of each figure, and every case that is refused or off.

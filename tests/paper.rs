@@ -4,7 +4,7 @@
 
 mod support;
 
-use touchref::{Probe, Problem, SigmaSource, Touch};
+use touchref::{Frame, Probe, Problem, SigmaSource, Touch};
 
 const CYLINDER: [[f64; 3]; 4] =
     [[2.9270, 2.0, 1.6250], [1.7750, 2.8, 1.4438], [1.3730, 2.6, 3.1166], [3.5270, 3.2, 3.1082]];
@@ -25,19 +25,39 @@ fn touches() -> Vec<Touch> {
     [on("cylinder", &CYLINDER), on("plane", &PLANE)].concat()
 }
 
+/// Touches are printed with four decimals.
+const PROBE: Probe = Probe { tip_radius: 0.0, tip_radius_u: 0.0, sigma: Some(5e-5) };
+
+/// The answer that the paper prints, for what the printed touches are worth.
+fn assert_the_papers(frame: &Frame) {
+    const ORIGIN: f64 = 2e-4;
+    const AXIS: f64 = 1e-4;
+    for (got, want) in frame.origin.iter().zip([2.9, 3.8, 4.2249]) {
+        assert!((got - want).abs() < ORIGIN, "{}", frame.origin);
+    }
+    for (got, want) in frame.axis(2).iter().zip([0.3, 0.6, 0.7416]) {
+        assert!((got - want).abs() < AXIS, "{}", frame.axis(2));
+    }
+}
+
+#[test]
+fn least_squares_finds_the_papers_frame() {
+    let (fixture, touches) = (support::cylinder_plane(1.0, 45.0), touches());
+    for sigma in [PROBE.sigma, None] {
+        let problem = Problem::new(&*fixture, &touches, Probe { sigma, ..PROBE }).unwrap();
+        let solution = support::solver("least-squares").solve(&problem).unwrap();
+        assert_the_papers(&solution.frame);
+        assert_eq!((solution.roots.len(), solution.degrees_of_freedom), (ROOTS.len(), 1));
+    }
+}
+
 #[test]
 fn the_papers_frame_and_its_four_roots() {
     let (fixture, touches) = (support::cylinder_plane(1.0, 45.0), touches());
-    let probe = Probe { sigma: Some(5e-5), ..Probe::default() };
-    let problem = Problem::new(&*fixture, &touches, probe).unwrap();
+    let problem = Problem::new(&*fixture, &touches, PROBE).unwrap();
     let solution = support::solver("closed-form").solve(&problem).unwrap();
-    for (got, want) in solution.frame.origin.iter().zip([2.9, 3.8, 4.2249]) {
-        assert!((got - want).abs() < 2e-4, "{}", solution.frame.origin);
-    }
-    for (got, want) in solution.frame.axis(2).iter().zip([0.3, 0.6, 0.7416]) {
-        assert!((got - want).abs() < 1e-4, "{}", solution.frame.axis(2));
-    }
-    assert_eq!(solution.roots.len(), 4);
+    assert_the_papers(&solution.frame);
+    assert_eq!(solution.roots.len(), ROOTS.len());
     for [x, y, radius] in ROOTS {
         let root = solution.roots.iter().find(|root| (root.measures[0].value - radius).abs() < 1e-4);
         let root = root.unwrap_or_else(|| panic!("no root of radius {radius}"));

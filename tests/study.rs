@@ -7,7 +7,7 @@ mod support;
 use nalgebra::{Matrix3, Matrix6, Point3, Vector3};
 use touchref::{
     Covariance, Fixture, FixturePlugin, Frame, Limit, Noise, Observability, Parameters, Probe, Problem,
-    SigmaSource, Solution, SolveError, Solver, Touch, Trust, Value,
+    SigmaSource, Solution, SolveError, Solver, Touch, TouchError, Trust, Value,
     analysis::{Study, StudyError, StudyLayout, StudyOutcome},
     fixtures::cylinder_plane::PLUGIN,
 };
@@ -255,9 +255,15 @@ fn what_cannot_be_studied_is_told() {
     assert!(matches!(few.run(), Err(StudyError::Unsuitable(SolveError::TooFewTouches { .. }))));
     let none = Study { layout: StudyLayout::Random(vec![0, 0]), ..few };
     assert!(matches!(none.run(), Err(StudyError::Touches(_))));
+    let mut beside = known.nominal_layout();
+    beside[4].0 = 2;
+    let beside = Study { layout: StudyLayout::Fixed(beside), ..none };
+    let missing = TouchError::NoSuchSurface { index: 4, surface: 2, surfaces: 2 };
+    assert_eq!(beside.run(), Err(StudyError::Touches(missing.clone())));
+    assert_eq!(beside.measurement(0), Err(StudyError::Touches(missing)));
     // A radius of 20 +- 10 is negative in one trial of 44, and the first of them is told whatever the threads.
     let vague = fixture(10.0, 0.0);
-    let impossible = Study { fixture: &*vague, layout: study.layout.clone(), ..none };
+    let impossible = Study { fixture: &*vague, layout: study.layout.clone(), ..beside };
     let error = impossible.run().unwrap_err();
     let StudyError::Fixture { trial, error: parameter } = &error else { panic!("{error}") };
     assert_eq!(parameter.name, "radius");

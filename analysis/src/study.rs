@@ -246,7 +246,8 @@ impl Study<'_> {
     /// The touches of one trial, and the true frame.
     ///
     /// # Errors
-    /// [`StudyError::Fixture`], where an uncertain parameter was drawn out of its range.
+    /// [`StudyError::Fixture`], where an uncertain parameter was drawn out of its range; [`StudyError::Touches`], where the
+    /// layout touches a surface that the fixture does not have.
     pub fn measurement(&self, trial: u64) -> Result<(Vec<Touch>, Frame), StudyError> {
         let mut rng = generator(self.seed, trial);
         let drawn = self.true_fixture(trial, &mut rng)?;
@@ -264,6 +265,11 @@ impl Study<'_> {
                 touches.iter().map(planned).collect()
             }
         };
+        let surfaces = fixture.surfaces().len();
+        if let Some(index) = planned.iter().position(|touch| touch.surface >= surfaces) {
+            let surface = planned[index].surface;
+            return Err(TouchError::NoSuchSurface { index, surface, surfaces }.into());
+        }
         let truth = random_frame(self.reach, &mut rng);
         let sigma = self.probe.sigma.unwrap_or(0.0);
         let read = |touch: &Touch| reading(fixture, touch, &truth, tip_radius, sigma, &mut rng);

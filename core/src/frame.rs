@@ -45,15 +45,18 @@ impl Frame {
         finite.then(|| Self { rotation: unit.to_rotation_matrix(), origin })
     }
 
-    /// Whether it is one: every number finite, and the axes unit and perpendicular. What was computed from absurd numbers
-    /// may not be.
+    /// Whether it is one: every number finite, and the axes unit, perpendicular and right-handed. What was computed from
+    /// absurd numbers may not be.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         /// Rounding of a rotation, far below what any use would notice.
         const ROUNDING: f64 = 1e-9;
         let axes = self.rotation.matrix();
-        let off = (axes.tr_mul(axes) - Matrix3::identity()).abs().max();
-        off < ROUNDING && self.origin.iter().all(|v| v.is_finite())
+        let off = axes.tr_mul(axes) - Matrix3::identity();
+        // The greatest of them would not show what is no number.
+        off.iter().all(|v| v.abs() < ROUNDING)
+            && axes.determinant() > 0.0
+            && self.origin.iter().all(|v| v.is_finite())
     }
 
     /// Maps a point given in fixture coordinates into the parent.
@@ -281,5 +284,27 @@ mod tests {
         let frame = zyx(-20.0, 80.0, 15.0);
         let p = Point3::new(3.0, -4.0, 5.0);
         assert!((frame.to_fixture(&frame.to_parent(&p)) - p).norm() < 1e-14);
+    }
+
+    #[test]
+    fn what_is_no_rotation_or_no_number_is_no_frame() {
+        let sound = zyx(30.0, 20.0, 10.0);
+        assert!(sound.is_sound());
+        let with = |axes| Frame { rotation: Rotation3::from_matrix_unchecked(axes), ..sound };
+        let axes = *sound.rotation.matrix();
+        assert!(!with(-axes).is_sound(), "left-handed");
+        assert!(!with(axes * 1.001).is_sound(), "too long");
+        for bad in [f64::NAN, f64::INFINITY] {
+            for k in 0..9 {
+                let mut axes = axes;
+                axes[k] = bad;
+                assert!(!with(axes).is_sound(), "{axes}");
+            }
+            for k in 0..3 {
+                let mut origin = sound.origin;
+                origin[k] = bad;
+                assert!(!Frame { origin, ..sound }.is_sound(), "{origin}");
+            }
+        }
     }
 }

@@ -143,6 +143,12 @@ impl<'a> Problem<'a> {
         Contact { at, residual: distance - self.probe.tip_radius, normal, sigma }
     }
 
+    /// The touches of one surface, in input order, each with its index among all.
+    #[inline]
+    pub fn touches_on(&self, surface: usize) -> impl Iterator<Item = (usize, &'a Touch)> + Clone + use<'a> {
+        self.touches.iter().enumerate().filter(move |(_, touch)| touch.surface == surface)
+    }
+
     /// How many touches each surface has, in the fixture's order.
     #[must_use]
     pub fn counts(&self) -> Vec<usize> {

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Chi-square levels of one chance, kept for up to [`Level::KEPT`] degrees of freedom: a solve asks for them often.
+/// Chi-square levels of one chance, kept for the degrees of freedom that touches have: a solve asks for them often.
 #[derive(Debug)]
 pub struct Level {
     chance: f64,

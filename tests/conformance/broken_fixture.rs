@@ -1,6 +1,7 @@
 //! Fixtures that break one promise each: the check that is meant for it says so.
 
 use nalgebra::{Point3, Unit, Vector3};
+use rayon::prelude::*;
 use touchref::{
     ClosedForm, Dimension, Extent, Fixture, FixturePlugin, Frame, ParameterError, Parameters, Probe, Problem,
     Requirement, Root, Shape, SolveError, Surface, conformance::Suite, fixtures::cylinder_plane,
@@ -241,6 +242,8 @@ impl ClosedForm for Broken {
         noise: f64,
         emit: &mut dyn FnMut(Frame),
     ) -> Result<f64, SolveError> {
+        /// No fault needs more noise than is stated, and beyond it the search is slow.
+        const MOST_NOISE: f64 = 1.0;
         match self.fault {
             Fault::FarCandidate => {
                 let roots = self.sound_roots(problem)?;
@@ -251,7 +254,7 @@ impl ClosedForm for Broken {
                 Ok(f64::INFINITY)
             }
             Fault::LazySearch => Ok(0.0),
-            _ => self.sound.closed_form().unwrap().candidates(problem, noise, emit),
+            _ => self.sound.closed_form().unwrap().candidates(problem, noise.min(MOST_NOISE), emit),
         }
     }
 }
@@ -275,11 +278,11 @@ fn plugin(build: Build) -> FixturePlugin {
 #[test]
 fn every_fault_of_a_fixture_is_caught_by_the_check_meant_for_it() {
     let parameters = Parameters::new().with("radius", 20.0);
-    for (fault, check, build) in FAULTS {
+    FAULTS.par_iter().for_each(|(fault, check, build)| {
         let report = Suite::default().fixture(&plugin(*build), &parameters);
         println!("{fault:?}: {:?}", report.failed());
         assert!(report.failed().contains(check), "{fault:?} must fail `{check}`: {report}");
-    }
+    });
 }
 
 /// The wrapper itself breaks nothing.

@@ -104,15 +104,13 @@ impl ClosedForm for Corner {
     /// One root. Touches in a line leave a normal open: it is chosen, and the solver sees from the frame that it could
     /// turn.
     fn roots(&self, problem: &Problem<'_>, emit: &mut dyn FnMut(Root)) -> Result<(), SolveError> {
-        let all = problem.touches().iter();
-        let on =
-            |surface: usize| all.clone().filter(move |touch| touch.surface == surface).map(|touch| touch.at);
+        let on = |surface| problem.touches_on(surface).map(|(_, touch)| touch.at);
         let (mut on_x, mut on_y, mut on_z) = (on(0), on(1), on(2));
         let (Some(x1), Some(x2), Some(x3)) = (on_x.next(), on_x.next(), on_x.next()) else { return Ok(()) };
         let (Some(y1), Some(y2), Some(z1)) = (on_y.next(), on_y.next(), on_z.next()) else { return Ok(()) };
         // Outward of a face is away from the touches on the others.
         let away = |surface: usize, from: Point3<f64>| -> Vector3<f64> {
-            let others = all.clone().filter(|touch| touch.surface != surface);
+            let others = problem.touches().iter().filter(|touch| touch.surface != surface);
             others.map(|touch| from - touch.at).sum()
         };
 

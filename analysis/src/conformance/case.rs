@@ -338,14 +338,3 @@ impl Subject<'_> {
         with_probe
     }
 }
-
-/// Whether every number of a frame is finite and its rotation is one.
-pub(super) fn is_sound(frame: &Frame) -> bool {
-    /// A product of two columns, to rounding of a few operations.
-    const ORTHONORMAL: f64 = 1e-9;
-    let rotation = frame.rotation.matrix();
-    let off = rotation.tr_mul(rotation) - nalgebra::Matrix3::identity();
-    frame.origin.iter().all(|v| v.is_finite())
-        && off.iter().all(|v| v.abs() < ORTHONORMAL)
-        && rotation.determinant() > 0.0
-}

@@ -3,6 +3,7 @@
 use nalgebra::{Point3, Vector3};
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
+use rayon::prelude::*;
 use touchref_core::{
     ClosedForm, Dimension, Extent, Fixture, Frame, MAX_DIMENSIONS, MAX_MEASURES, ParameterSpec, Parameters,
     Plugin, Probe, Problem, Quantity, Root, RootKind, Shape, Surface, Touch, Twist, Value, parameters::parse,
@@ -10,7 +11,7 @@ use touchref_core::{
 
 use super::{
     Finding, Promise,
-    case::{Case, Places, REGULAR, SOUND, UNIT, is_sound},
+    case::{Case, Places, REGULAR, SOUND, UNIT},
     ensure, without_panic,
 };
 use crate::reference::{Magnitude, NullSpace, Unknown, condition, condition_at, descend};
@@ -67,18 +68,17 @@ fn description(subject: &Subject<'_>) -> Finding {
 
 /// What holds of the parameters of every plugin.
 pub(super) fn documented<P: Plugin>(plugin: &P, complete: &Parameters) -> Result<(), String> {
-    const INSTEAD_OF: &str = "instead of ";
     /// A name that no plugin has.
     const UNKNOWN: &str = "no such parameter";
-    for (index, ParameterSpec { name, kind, default, meaning }) in plugin.parameters().iter().enumerate() {
+    for (index, spec) in plugin.parameters().iter().enumerate() {
+        let ParameterSpec { name, kind, default, meaning } = *spec;
         ensure!(!meaning.trim().is_empty(), "nothing is said of parameter `{name}`");
-        let twice = plugin.parameters()[..index].iter().any(|other| other.name == *name);
+        let twice = plugin.parameters()[..index].iter().any(|other| other.name == name);
         ensure!(!twice, "two parameters are named `{name}`");
         if let Some(default) = default {
             // A parameter that takes the place of another names it instead.
-            let other = default.strip_prefix(INSTEAD_OF);
-            let replaces = plugin.parameters().iter().any(|spec| Some(spec.name) == other);
-            let is_value = replaces || parse(*kind, default).is_some();
+            let replaces = plugin.parameters().iter().any(|other| spec.replaces() == Some(other.name));
+            let is_value = replaces || parse(kind, default).is_some();
             ensure!(is_value, "the default of `{name}`, {default:?}, is no {kind}");
         }
     }
@@ -562,54 +562,58 @@ fn objection(subject: &Subject<'_>) -> Finding {
 fn wild_touches(subject: &Subject<'_>) -> Finding {
     /// Noise at which candidates are asked for, in the problem's sigmas.
     const NOISES: [f64; 3] = [0.0, 1.0, 1e6];
-    let fixture = &*subject.fixture;
-    let wild = subject.wild();
-    let mut wrong = Vec::new();
-    for (what, touches, probe) in &wild {
-        for sigma in [probe.sigma, None] {
-            let probe = Probe { sigma, ..*probe };
-            let Ok(problem) = Problem::new(fixture, touches, probe) else { continue };
-            let frames = without_panic(|| asked(fixture, &problem, &NOISES)).and_then(|frames| frames);
-            let verdict = frames.and_then(|frames| match frames.iter().find(|frame| !is_sound(frame)) {
-                Some(frame) => Err(format!("a frame that is none, at {}", frame.origin)),
-                None => Ok(()),
-            });
-            wrong.extend(verdict.err().map(|words| format!("{what}, sigma {sigma:?}: {words}")));
-        }
-    }
-    none_wrong(&wild, &wrong)
+    // Where no sigma is stated, noise is a length.
+    let lengths = [0.0, subject.sigma()];
+    no_harm(subject, |problem| {
+        let stated = problem.reference_sigma().is_some();
+        asked(&*subject.fixture, problem, if stated { &NOISES } else { &lengths })
+    })
 }
 
-/// What is told of absurd touches.
-pub(super) fn none_wrong(wild: &[(String, Vec<Touch>, Probe)], wrong: &[String]) -> Finding {
+/// Holds absurd touches, with a sigma and without, against a verdict on each set.
+pub(super) fn no_harm(
+    subject: &Subject<'_>,
+    verdict: impl Fn(&Problem<'_>) -> Result<(), String> + Sync,
+) -> Finding {
+    let wild = subject.wild();
+    let of = |what: &str, touches: &[Touch], probe: Probe| {
+        let problem = Problem::new(&*subject.fixture, touches, probe).ok()?;
+        let words = without_panic(|| verdict(&problem)).and_then(|verdict| verdict).err()?;
+        Some(format!("{what}, sigma {:?}: {words}", probe.sigma))
+    };
+    let both = |(what, touches, probe): &(String, Vec<Touch>, Probe)| {
+        [probe.sigma, None].map(|sigma| of(what, touches, Probe { sigma, ..*probe }))
+    };
+    let wrong: Vec<String> = wild.par_iter().flat_map_iter(both).flatten().collect();
     ensure!(wrong.is_empty(), "{} times; {}", wrong.len(), wrong.join("; "));
     Ok(format!("{} absurd sets of touches", wild.len()))
 }
 
-/// Every frame that a fixture hands out for these touches.
-fn asked(fixture: &dyn Fixture, problem: &Problem<'_>, noises: &[f64]) -> Result<Vec<Frame>, String> {
-    let mut frames = Vec::new();
+/// What a fixture hands out for these touches: frames, or refusals in words.
+fn asked(fixture: &dyn Fixture, problem: &Problem<'_>, noises: &[f64]) -> Result<(), String> {
     let _ = fixture.objection(problem, &Frame::identity());
-    let Some(closed_form) = fixture.closed_form() else { return Ok(frames) };
-    let mut refusals = Vec::new();
-    let mut bad = None;
-    let outcome = closed_form.roots(problem, &mut |root| {
-        frames.push(root.frame);
-        let measures = &root.measures[..closed_form.measured().len()];
-        if !measures.iter().all(|value| value.is_finite()) {
-            bad = Some(format!("a root that measures {measures:?}"));
+    let Some(closed_form) = fixture.closed_form() else { return Ok(()) };
+    let mut wrong = None;
+    let mut look = |frame: &Frame, measures: &[f64]| {
+        if !frame.is_sound() {
+            wrong = Some(format!("a frame that is none, at {}", frame.origin));
+        } else if !measures.iter().all(|value| value.is_finite()) {
+            wrong = Some(format!("a root that measures {measures:?}"));
         }
-    });
+    };
+    let measured = closed_form.measured().len();
+    let mut refusals = Vec::new();
+    let outcome = closed_form.roots(problem, &mut |root| look(&root.frame, &root.measures[..measured]));
     refusals.extend(outcome.err());
     for noise in noises {
-        let outcome = closed_form.candidates(problem, *noise, &mut |frame| frames.push(frame));
+        let outcome = closed_form.candidates(problem, *noise, &mut |frame| look(&frame, &[]));
         refusals.extend(outcome.err());
     }
     for refusal in refusals {
         let told = !refusal.to_string().is_empty() && !refusal.help().is_empty();
         ensure!(told, "refused as `{}` without words or help", refusal.code());
     }
-    bad.map_or(Ok(frames), Err)
+    wrong.map_or(Ok(()), Err)
 }
 
 fn null_space(subject: &Subject<'_>) -> Finding {

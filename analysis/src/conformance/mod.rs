@@ -3,8 +3,9 @@
 //! [`Suite::fixture`] and [`Suite::solver`] return a [`Report`], and [`Report::assert_passed`], in a test of the crate
 //! that has the plugin, is all: CONTRIBUTING shows it.
 //!
-//! Everything is seeded, so that a report can be had again. A check that panics has failed, and the report says with which
-//! words; so a plugin under test needs `panic = "unwind"`, Rust's default. One that never returns is waited for.
+//! Everything is seeded, so that a report can be had again, whatever the number of threads. A check that panics has
+//! failed, and the report says with which words; so a plugin under test needs `panic = "unwind"`, Rust's default. One that
+//! never returns is waited for.
 //!
 //! # What is checked of a fixture
 //!
@@ -47,6 +48,7 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
+use rayon::prelude::*;
 use touchref_core::{FixturePlugin, Parameters, SolverPlugin};
 
 /// What a check found: in words, what was tried and how well it went, or what is wrong.
@@ -144,8 +146,8 @@ pub struct Check {
 }
 
 impl Report {
-    fn of<S>(subject: &str, checks: &[Promise<S>], built: &S) -> Self {
-        let checks = checks.iter().map(|(name, check)| Check {
+    fn of<S: Sync>(subject: &str, checks: &[Promise<S>], built: &S) -> Self {
+        let checks = checks.par_iter().map(|(name, check)| Check {
             name,
             outcome: without_panic(|| check(built)).and_then(|finding| finding),
         });

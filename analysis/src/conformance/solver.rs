@@ -10,9 +10,9 @@ use touchref_core::{
 
 use super::{
     Claim, Finding, Promise,
-    case::{self, Case, Places, REGULAR, SOUND, View, is_sound},
+    case::{self, Case, Places, REGULAR, SOUND, View},
     ensure,
-    fixture::{RECOVERED, documented, none_wrong, null_space_case},
+    fixture::{RECOVERED, documented, no_harm, null_space_case},
     without_panic,
 };
 use crate::{
@@ -80,7 +80,7 @@ impl<'a> Subject<'a> {
     fn outcome(&self, problem: &Problem<'_>) -> Result<Result<Solution, SolveError>, String> {
         let outcome = self.solver.solve(problem);
         match &outcome {
-            Ok(solution) => ensure!(is_sound(&solution.frame), "a frame that is none: {:?}", solution.frame),
+            Ok(solution) => ensure!(solution.frame.is_sound(), "a frame that is none: {:?}", solution.frame),
             Err(refusal) => {
                 let told = !refusal.to_string().is_empty() && !refusal.help().is_empty();
                 ensure!(told, "refused as `{}` without words or help", refusal.code());
@@ -323,7 +323,7 @@ fn margin(subject: &Subject<'_>, solution: &Solution, sigma: f64) -> Result<(), 
     ensure!(selected <= 1, "{selected} roots are the one");
     let dimensions = subject.fixture.fixture.dimensions();
     for root in &solution.roots {
-        ensure!(is_sound(&root.frame), "a root whose frame is none: {:?}", root.frame);
+        ensure!(root.frame.is_sound(), "a root whose frame is none: {:?}", root.frame);
         ensure!(!root.reason.trim().is_empty(), "a root without reason");
         for measure in &root.measures {
             let known = dimensions.iter().any(|dimension| dimension.name == measure.name);
@@ -523,17 +523,7 @@ fn nothing_invented(solution: &Solution) -> Result<(), String> {
 }
 
 fn wild_touches(subject: &Subject<'_>) -> Finding {
-    let wild = subject.fixture.wild();
-    let mut wrong = Vec::new();
-    for (what, touches, probe) in &wild {
-        for sigma in [probe.sigma, None] {
-            let probe = Probe { sigma, ..*probe };
-            let Ok(problem) = Problem::new(&*subject.fixture.fixture, touches, probe) else { continue };
-            let verdict = without_panic(|| subject.outcome(&problem)).and_then(|outcome| outcome.map(|_| ()));
-            wrong.extend(verdict.err().map(|words| format!("{what}, sigma {sigma:?}: {words}")));
-        }
-    }
-    none_wrong(&wild, &wrong)
+    no_harm(&subject.fixture, |problem| subject.outcome(problem).map(|_| ()))
 }
 
 fn null_space(subject: &Subject<'_>) -> Finding {

@@ -3,8 +3,8 @@
 use std::{cell::OnceCell, path::PathBuf};
 
 use touchref::{
-    Fixture, Frame, Parameters, Problem, Registry, Solution, SolveError, Solver, Warning,
-    io::{Input, InputError, Measurement, TouchSource, Touches, Units, solution::Context},
+    Fixture, Frame, Parameters, Problem, Registry, Solution, SolveError, Solver, SolverPlugin, Warning,
+    io::{Input, InputError, Measurement, TouchSource, Touches, Units, parameter, solution::Context},
 };
 
 use crate::failure::{Failure, Refused};
@@ -39,11 +39,14 @@ pub(crate) struct MeasurementArgs {
 }
 
 /// Which solver is taken.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 pub(crate) struct SolverArgs {
     /// Solver [default: least-squares]
     #[arg(long, value_name = "NAME")]
     solver: Option<String>,
+    /// Parameter of the solver, as `margin=full`; may be repeated
+    #[arg(long = "solver-parameter", value_name = "NAME=VALUE", value_parser = name_and_value)]
+    parameters: Vec<(String, String)>,
 }
 
 fn name_and_value(text: &str) -> Result<(String, String), String> {
@@ -106,26 +109,38 @@ impl MeasurementArgs {
 }
 
 impl SolverArgs {
-    /// Builds the solver.
-    pub(crate) fn build(&self, registry: &Registry) -> Result<Box<dyn Solver>, InputError> {
-        match &self.solver {
-            Some(name) => build_solver(registry, name).map_err(|error| error.with_key("solver")),
-            None => default_solver(registry),
+    /// Builds the solver. Of `presets`, the parameters that it has take these values where no argument gives others.
+    pub(crate) fn build(
+        &self,
+        registry: &Registry,
+        presets: &[(&str, &str)],
+    ) -> Result<Box<dyn Solver>, InputError> {
+        let plugin = match &self.solver {
+            Some(name) => {
+                registry.solver(name).map_err(|error| InputError::from(error).with_key("solver"))?
+            }
+            None => default_solver(registry)?,
+        };
+        let mut parameters = Parameters::new();
+        let known = |(name, _): &&(&str, &str)| plugin.parameters.iter().any(|spec| spec.name == *name);
+        let presets = presets.iter().filter(known).map(|(name, text)| (*name, *text));
+        let given = self.parameters.iter().map(|(name, text)| (name.as_str(), text.as_str()));
+        for (name, text) in presets.chain(given) {
+            let solver = format!("solver `{}`", plugin.name);
+            parameters.set(name, parameter::from_argument(&solver, plugin.parameters, name, text)?);
         }
+        plugin.build(&parameters).map_err(|error| {
+            InputError::new("invalid-input", format!("solver `{}`: {error}", plugin.name))
+                .with_key(error.name.clone())
+        })
     }
 }
 
 /// The solver that is taken where none is named.
-pub(crate) fn default_solver(registry: &Registry) -> Result<Box<dyn Solver>, InputError> {
+fn default_solver(registry: &Registry) -> Result<&'static SolverPlugin, InputError> {
     let linked = |name: &&str| registry.solver(name).is_ok();
     let name = DEFAULT_SOLVERS.into_iter().find(linked).unwrap_or(DEFAULT_SOLVERS[0]);
-    build_solver(registry, name)
-}
-
-fn build_solver(registry: &Registry, name: &str) -> Result<Box<dyn Solver>, InputError> {
-    registry.solver(name)?.build(&Parameters::new()).map_err(|error| {
-        InputError::new("invalid-input", format!("solver `{name}`: {error}")).with_key(error.name.clone())
-    })
+    Ok(registry.solver(name)?)
 }
 
 impl Setup {

@@ -1,6 +1,7 @@
 //! Measurement files, touch tables and results of touchref.
 //!
 //! * [`Measurement`]: fixture, probe and touches from TOML or JSON;
+//! * [`parameter`]: parameters of plugins from arguments;
 //! * [`table`]: touch tables (CSV), read row by row;
 //! * [`solution`] and [`refusal`]: the JSON of a frame, and of an error;
 //! * [`frame`]: frames as text;
@@ -14,7 +15,7 @@ pub mod dialect;
 pub mod error;
 pub mod frame;
 pub mod measurement;
-mod parameter;
+pub mod parameter;
 pub mod refusal;
 pub mod solution;
 pub mod source;

@@ -5,7 +5,7 @@ use std::{ops::Range, path::Path, sync::Arc};
 use nalgebra::{Point3, Unit, Vector3};
 use touchref_core::{
     Fixture, FixturePlugin, Noise, ParameterError, Parameters, Probe, Registry, Touch, TouchError, Value,
-    Warning, parameters::nearest,
+    Warning,
 };
 
 use crate::{Input, InputError, Units, parameter, source::Source, table::TableReader};
@@ -146,10 +146,7 @@ impl Measurement {
         name: &str,
         text: &str,
     ) -> Result<(), InputError> {
-        let Some(spec) = plugin.parameters.iter().find(|spec| spec.name == name) else {
-            return Err(unknown_parameter(plugin, name));
-        };
-        let value = parameter::from_text(spec, text)?;
+        let value = parameter::from_argument(&told(plugin), plugin.parameters, name, text)?;
         self.parameters.set(name, value);
         if let Some(origin) = self.origin.as_mut().and_then(Arc::get_mut) {
             origin.parameters.retain(|(known, ..)| known != name);
@@ -215,7 +212,11 @@ impl Measurement {
         let (reason, span, label) = match (described, given) {
             (None, _) => {
                 let span = written.map(|(_, key, _)| key.clone());
-                (unknown_parameter(plugin, &error.name), span, "not a parameter of this fixture".to_owned())
+                (
+                    parameter::unknown(&told(plugin), plugin.parameters, &error.name),
+                    span,
+                    "not a parameter of this fixture".to_owned(),
+                )
             }
             (Some(spec), false) => {
                 let missing = InputError::new("missing-key", error.to_string())
@@ -335,11 +336,9 @@ impl From<TouchError> for InputError {
     }
 }
 
-fn unknown_parameter(plugin: &FixturePlugin, name: &str) -> InputError {
-    let known = || plugin.parameters.iter().map(|spec| spec.name);
-    let list = known().collect::<Vec<_>>().join(", ");
-    let message = format!("fixture `{}` has no parameter `{name}`; it has {list}", plugin.name);
-    InputError::new("unknown-key", message).with_nearest(nearest(name, known())).with_key(name)
+/// A fixture, in a message about its parameters.
+fn told(plugin: &FixturePlugin) -> String {
+    format!("fixture `{}`", plugin.name)
 }
 
 fn from_table(fixture: &dyn Fixture, input: &Input) -> Result<Touches, InputError> {

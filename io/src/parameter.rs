@@ -1,6 +1,9 @@
 //! Parameters of plugins from files and from arguments.
 
-use touchref_core::{ParameterKind, ParameterSpec, Value, parameters::parse};
+use touchref_core::{
+    ParameterKind, ParameterSpec, Value,
+    parameters::{nearest, parse},
+};
 
 use crate::{InputError, tree::Content, walk::Field};
 
@@ -24,9 +27,35 @@ pub(crate) fn from_field(field: &Field<'_>) -> Result<Value, InputError> {
     }
 }
 
+/// The value of a plugin's parameter from an argument `name=text`; `plugin` is told in the message, as "fixture `cube`".
+///
+/// # Errors
+/// `unknown-key` when the plugin has no such parameter, `invalid-input` when the text is no value of its kind.
+pub fn from_argument(
+    plugin: &str,
+    specs: &[ParameterSpec],
+    name: &str,
+    text: &str,
+) -> Result<Value, InputError> {
+    let spec = specs.iter().find(|spec| spec.name == name).ok_or_else(|| unknown(plugin, specs, name))?;
+    from_text(spec, text)
+}
+
+/// No parameter of that name.
+pub(crate) fn unknown(plugin: &str, specs: &[ParameterSpec], name: &str) -> InputError {
+    let known = || specs.iter().map(|spec| spec.name);
+    let list = known().collect::<Vec<_>>().join(", ");
+    let message = if list.is_empty() {
+        format!("{plugin} has no parameters")
+    } else {
+        format!("{plugin} has no parameter `{name}`; it has {list}")
+    };
+    InputError::new("unknown-key", message).with_nearest(nearest(name, known())).with_key(name)
+}
+
 /// The value of a parameter from the text after `NAME=`: a number may carry a standard uncertainty, `15±0.002` or
 /// `15+-0.002`.
-pub(crate) fn from_text(spec: &ParameterSpec, text: &str) -> Result<Value, InputError> {
+fn from_text(spec: &ParameterSpec, text: &str) -> Result<Value, InputError> {
     let value = match spec.kind {
         ParameterKind::Length | ParameterKind::Angle { .. } => {
             uncertain(text).map(|(value, u)| Value::Number { value, u })

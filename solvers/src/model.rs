@@ -319,7 +319,9 @@ impl<'a, const P: usize> Model<'a, P> {
             for (k, row) in together.iter_mut().enumerate() {
                 *row = self.row(state, first + k);
             }
-            together.iter().for_each(|row| normal.add(row));
+            for row in together {
+                normal.add(row);
+            }
         }
         self.prior_rows(state).for_each(|row| normal.add(&row));
         normal

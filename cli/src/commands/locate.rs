@@ -15,6 +15,9 @@ use crate::{
     text::{self, Look},
 };
 
+/// One frame may take its time: how far it stands is told as far as it does.
+const TRUST: [(&str, &str); 1] = [("margin", "full")];
+
 /// Find the frame of a fixture from touches on it
 ///
 /// Prints a frame only when it passed its checks (exit status 0). Otherwise it says why there is none to trust (1), or
@@ -41,7 +44,7 @@ impl Args {
         let dialects =
             self.dialects.iter().map(|name| dialect::find(name).map_err(|error| error.with_key("dialect")));
         let dialects = dialects.collect::<Result<Vec<_>, InputError>>()?;
-        let solver = self.solver.build(registry)?;
+        let solver = self.solver.build(registry, &TRUST)?;
         let near =
             self.near.as_deref().map(read_frame).transpose().map_err(|error| error.with_key("near"))?;
         let setup = self.measurement.load(registry)?;

@@ -18,7 +18,7 @@ use crate::{
     failure::Failure,
     layout::{LayoutArgs, LayoutKind},
     output::{Output, write_file},
-    setup::{MeasurementArgs, default_solver, no_sigma},
+    setup::{MeasurementArgs, SolverArgs, no_sigma},
 };
 
 /// Simulate touches: a touch table with noise, from a seed
@@ -73,7 +73,7 @@ impl Args {
         let sigma = setup.measurement.probe.sigma.ok_or_else(no_sigma)?;
         let layout = self.layout.kind(&setup);
         let measured = if layout == LayoutKind::Measurement || (setup.has_touches() && frame.is_none()) {
-            Some(setup.solve(&*default_solver(registry)?, None)?.frame)
+            Some(setup.solve(&*SolverArgs::default().build(registry, &[])?, None)?.frame)
         } else {
             None
         };

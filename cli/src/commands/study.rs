@@ -106,7 +106,7 @@ impl OverBound {
 
 impl Args {
     pub(crate) fn run(self, registry: &Registry) -> Result<Output, Failure> {
-        let solver = self.solver.build(registry)?;
+        let solver = self.solver.build(registry, &[])?;
         let setup = self.measurement.load(registry)?;
         let kind = self.layout.kind(&setup);
         let study = Study {

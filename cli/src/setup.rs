@@ -46,7 +46,7 @@ pub(crate) struct SolverArgs {
     solver: Option<String>,
     /// Parameter of the solver, as `margin=full`; may be repeated
     #[arg(long = "solver-parameter", value_name = "NAME=VALUE", value_parser = name_and_value)]
-    parameters: Vec<(String, String)>,
+    solver_parameters: Vec<(String, String)>,
 }
 
 fn name_and_value(text: &str) -> Result<(String, String), String> {
@@ -124,7 +124,7 @@ impl SolverArgs {
         let mut parameters = Parameters::new();
         let known = |(name, _): &&(&str, &str)| plugin.parameters.iter().any(|spec| spec.name == *name);
         let presets = presets.iter().filter(known).map(|(name, text)| (*name, *text));
-        let given = self.parameters.iter().map(|(name, text)| (name.as_str(), text.as_str()));
+        let given = self.solver_parameters.iter().map(|(name, text)| (name.as_str(), text.as_str()));
         for (name, text) in presets.chain(given) {
             let solver = format!("solver `{}`", plugin.name);
             parameters.set(name, parameter::from_argument(&solver, plugin.parameters, name, text)?);

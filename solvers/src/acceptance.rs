@@ -6,8 +6,8 @@
 
 use nalgebra::{Matrix6, Vector6};
 use touchref_core::{
-    Covariance, Frame, Limit, Observability, Problem, Refusal, Residual, RootReport, SecondMinimum,
-    SigmaSource, Solution, SolveError, Trust, Twist, Warning,
+    Covariance, Frame, Limit, Observability, ParameterKind, ParameterSpec, Parameters, Problem, Refusal,
+    Residual, RootReport, SecondMinimum, SigmaSource, Solution, SolveError, Trust, Twist, Warning,
     error::Degenerate,
     observability::weakest_motion,
     statistics::{Level, chi_square_p_value},
@@ -55,6 +55,24 @@ pub enum Margin {
 
 /// Of the search for a near margin, in stated sigmas.
 const NEAR: f64 = 1.25;
+/// The farthest that a full margin reaches, in stated sigmas: noise that no probe of the stated sigma has.
+const FULL: f64 = 1000.0;
+
+impl Margin {
+    /// The parameter that both solvers have.
+    pub(crate) const SPEC: ParameterSpec = ParameterSpec {
+        name: "margin",
+        kind: ParameterKind::Choice(&["near", "full"]),
+        default: Some("near"),
+        meaning: "how far beyond the stated sigma other frames are looked for: near (a quarter, or farther where that \
+                  is cheap to prove) or full (as far as the frame stands)",
+    };
+
+    /// From parameters that are checked.
+    pub(crate) fn of(parameters: &Parameters) -> Self {
+        if parameters.word(Self::SPEC.name) == "full" { Self::Full } else { Self::Near }
+    }
+}
 
 /// A local minimum of the squared misfit.
 #[derive(Debug, Clone)]
@@ -175,16 +193,19 @@ impl Bounds {
 
     /// The least upper bound, and what gives way there.
     pub(crate) fn up_to(&self) -> (f64, Limit) {
+        let frame = self.of_frame();
+        if self.search < frame.0 { (self.search, Limit::Search) } else { frame }
+    }
+
+    /// The same for the frame that was found, however far others were looked for.
+    fn of_frame(&self) -> (f64, Limit) {
         let all = [
-            (self.search, Limit::Search),
             (self.ambiguity, Limit::Ambiguity),
             (self.curvature, Limit::Curvature),
             (self.rise, Limit::Rise),
         ];
-        let least = all
-            .into_iter()
-            .fold((f64::INFINITY, Limit::None), |least, next| if next.0 < least.0 { next } else { least });
-        (least.0, least.1)
+        let nothing = (f64::INFINITY, Limit::None);
+        all.into_iter().fold(nothing, |least, next| if next.0 < least.0 { next } else { least })
     }
 }
 
@@ -223,20 +244,24 @@ impl Judgement {
         const ROUNDS: usize = 4;
         if model.problem.reference_sigma().is_some() {
             if margin == Margin::Near {
-                return Self::at_noise(model, NEAR);
+                return Self::at_noise(model, NEAR, margin);
             }
-            let judgement = Self::at_noise(model, 1.0)?;
+            let judgement = Self::at_noise(model, 1.0, margin)?;
+            let (bound, limit) = judgement.bounds.of_frame();
             let stands = judgement.bounds.from <= 1.0 && judgement.bounds.up_to().0 > 1.0;
             // The margin is a claim of its own: search where it ends, too.
-            return if stands { judgement.searched_to_its_bound(model) } else { Ok(judgement) };
+            return if stands { judgement.searched_at(model, bound.min(FULL), limit) } else { Ok(judgement) };
         }
         // The search for candidates depends on the noise, and the noise up to which the frame stands on the
         // candidates: from none upward, then down to where both agree.
-        let mut judgement = Self::at_noise(model, 0.0)?;
+        let mut judgement = Self::at_noise(model, 0.0, Margin::Full)?;
         for _ in 0..ROUNDS {
-            let before = judgement.bounds.up_to();
-            judgement = judgement.searched_to_its_bound(model)?;
-            if judgement.bounds.up_to() == before {
+            let (bound, limit) = judgement.bounds.up_to();
+            if !bound.is_finite() {
+                break;
+            }
+            judgement = judgement.searched_at(model, bound, limit)?;
+            if judgement.bounds.up_to() == (bound, limit) {
                 break;
             }
         }
@@ -245,20 +270,25 @@ impl Judgement {
 
     /// The judgement after a search at the noise up to which it says that the frame stands: what was found only there
     /// counts, too.
-    fn searched_to_its_bound<const P: usize>(self, model: &Model<'_, P>) -> Result<Self, SolveError> {
-        let (noise, limit) = self.bounds.up_to();
-        if !noise.is_finite() {
-            return Ok(self);
-        }
-        let mut next = Self::at_noise(model, noise)?;
-        if next.bounds.up_to().0 > noise {
+    fn searched_at<const P: usize>(
+        self,
+        model: &Model<'_, P>,
+        noise: f64,
+        limit: Limit,
+    ) -> Result<Self, SolveError> {
+        let mut next = Self::at_noise(model, noise, Margin::Full)?;
+        if next.bounds.of_frame().0 > self.bounds.of_frame().0 {
             // Nothing new: the bound found before stands, for its own reason.
-            *next.bounds.of(limit) = noise;
+            *next.bounds.of(limit) = self.bounds.of_frame().0;
         }
         Ok(next)
     }
 
-    fn at_noise<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Self, SolveError> {
+    fn at_noise<const P: usize>(
+        model: &Model<'_, P>,
+        noise: f64,
+        margin: Margin,
+    ) -> Result<Self, SolveError> {
         let problem = model.problem;
         let Survey { minima, complete_up_to } = survey(model, noise)?;
         let (minima, roots): (Vec<Minimum>, Vec<SquareRoot<P>>) = minima.into_iter().unzip();
@@ -296,7 +326,8 @@ impl Judgement {
             rise: f64::INFINITY,
             search: complete_up_to,
         };
-        bounds.rise = rise_bound(model, (&best.state, best.chi_square), root, &weakest, bounds.up_to().0);
+        let limit = if margin == Margin::Near { bounds.up_to() } else { bounds.of_frame() };
+        bounds.rise = rise_bound(model, (&best.state, best.chi_square), root, &weakest, limit.0);
         Ok(Self { minima, chosen, second, by_near, bounds, curvature, weakest_sd, observability })
     }
 

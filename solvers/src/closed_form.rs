@@ -31,7 +31,7 @@ pub static PLUGIN: SolverPlugin = SolverPlugin {
     name: "closed-form",
     summary: "every root of the fixture's equations; the known dimensions choose",
     origin: module_path!(),
-    parameters: &[],
+    parameters: &[Margin::SPEC],
     about: "Solves the fixture's equations without a starting guess and lists every real root with the dimensions it \
             implies. The known dimensions choose: a root stands when it fits within the stated noise, no other does, \
             and first-order uncertainty holds. The frame rests on the touches alone; take `least-squares` for the \
@@ -41,14 +41,17 @@ pub static PLUGIN: SolverPlugin = SolverPlugin {
 };
 touchref_core::register_solver!(PLUGIN);
 
-#[allow(clippy::unnecessary_wraps)] // The shape that plugins share.
-fn build(_: &Parameters) -> Result<Box<dyn Solver>, ParameterError> {
-    Ok(Box::new(ClosedFormSolver))
+fn build(parameters: &Parameters) -> Result<Box<dyn Solver>, ParameterError> {
+    let parameters = parameters.checked(PLUGIN.parameters)?;
+    Ok(Box::new(ClosedFormSolver { margin: Margin::of(&parameters) }))
 }
 
 /// The roots of the fixture's equations; the known geometry chooses.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct ClosedFormSolver;
+pub struct ClosedFormSolver {
+    /// How far beyond the stated noise other frames are looked for.
+    pub margin: Margin,
+}
 
 impl Solver for ClosedFormSolver {
     fn name(&self) -> &'static str {
@@ -69,7 +72,7 @@ impl Solver for ClosedFormSolver {
         let free = free_extras(closed_form, &known);
         with_unknowns!(known.len(), P => {
             let model = Model::<P>::new(problem, &known);
-            let judgement = Judgement::of(&model, Margin::Full)?;
+            let judgement = Judgement::of(&model, self.margin)?;
             choose(problem, closed_form, &model, judgement, &free, &roots)
         })
     }

@@ -11,8 +11,8 @@
 use std::borrow::Cow;
 
 use touchref_core::{
-    Adjustment, Frame, Measure, ParameterError, ParameterKind, ParameterSpec, Parameters, Problem, Root,
-    RootKind, RootReport, Solution, SolveError, Solver, SolverPlugin,
+    Adjustment, Frame, Measure, ParameterError, Parameters, Problem, Root, RootKind, RootReport, Solution,
+    SolveError, Solver, SolverPlugin,
 };
 
 use crate::{
@@ -30,13 +30,7 @@ pub static PLUGIN: SolverPlugin = SolverPlugin {
     name: "least-squares",
     summary: "maximum likelihood over the frame with known geometry, every candidate refined (default)",
     origin: module_path!(),
-    parameters: &[ParameterSpec {
-        name: "margin",
-        kind: ParameterKind::Choice(&["near", "full"]),
-        default: Some("near"),
-        meaning: "how far beyond the stated sigma other frames are looked for: near (a quarter, or farther where \
-                  that is cheap to prove) or full (as far as the frame stands)",
-    }],
+    parameters: &[Margin::SPEC],
     about: "Minimises the squared misfit of all touches over the frame, each weighted by its sigma; dimensions and tip \
             radius with a stated uncertainty are unknowns, too, held by what is known of them. Starts from every root \
             and near miss of the fixture's equations and from a search of what lies between; accepts the best minimum \
@@ -49,8 +43,7 @@ touchref_core::register_solver!(PLUGIN);
 
 fn build(parameters: &Parameters) -> Result<Box<dyn Solver>, ParameterError> {
     let parameters = parameters.checked(PLUGIN.parameters)?;
-    let margin = if parameters.word("margin") == "full" { Margin::Full } else { Margin::Near };
-    Ok(Box::new(LeastSquares { margin }))
+    Ok(Box::new(LeastSquares { margin: Margin::of(&parameters) }))
 }
 
 /// The maximum-likelihood frame of all touches.

@@ -90,10 +90,10 @@ impl Solver for Broken {
         let without_last = &touches[..touches.len() - 1];
         let shorter = Problem::new(problem.fixture(), without_last, *problem.probe());
         let outcome = match self.0 {
-            Fault::UsualSigma => ClosedFormSolver.solve(&with_sigma),
-            Fault::TouchIgnored if touches.len() > 7 => ClosedFormSolver.solve(&shorter.unwrap()),
+            Fault::UsualSigma => ClosedFormSolver::default().solve(&with_sigma),
+            Fault::TouchIgnored if touches.len() > 7 => ClosedFormSolver::default().solve(&shorter.unwrap()),
             Fault::Panics if touches[0].at.coords.norm() > 1e12 => panic!("far away"),
-            _ => ClosedFormSolver.solve(problem),
+            _ => ClosedFormSolver::default().solve(problem),
         };
         match outcome {
             Ok(solution) => self.changed(problem, solution),
@@ -169,7 +169,7 @@ impl Broken {
                     .map(|(surface, at)| touchref::Touch::new(surface, at))
                     .collect();
                 let probe = Probe { tip_radius: 0.0, ..*problem.probe() };
-                ClosedFormSolver.solve(&Problem::new(fixture, &touches, probe).unwrap())
+                ClosedFormSolver::default().solve(&Problem::new(fixture, &touches, probe).unwrap())
             }
             _ => Err(refusal),
         }

@@ -210,7 +210,7 @@ fn the_nominal_layout_is_accepted() {
 /// Whatever the layout: no accepted frame is wrong, and labels that are right are never called mixed up.
 #[test]
 fn random_layouts_are_right_or_refused() {
-    const TRIALS: u64 = 5_000;
+    const TRIALS: u64 = 10_000;
     /// Parts accepted: three touches near a great circle, or near each other, do not tell a centre by themselves, as the
     /// closed form wants it; five seldom lie so.
     const ACCEPTED: [(usize, f64); 2] = [(3, 0.60), (5, 0.98)];

@@ -43,7 +43,7 @@ pub type RefinementState = IterState<Unknowns, Progress, (), (), (), f64>;
 pub struct Misfit<'a, const P: usize>(Model<'a, P>);
 
 impl<'a, const P: usize> Misfit<'a, P> {
-    /// Of the frame and these `extras`, which must be `P - 6`: none, or [`uncertain`](crate::uncertain).
+    /// Of the frame and these `extras`, which must be `P - 6`: none, or [`uncertain`].
     ///
     /// # Panics
     /// When they are not.

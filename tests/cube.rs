@@ -690,6 +690,25 @@ fn six_touches_have_no_redundancy_and_say_so() {
     assert!(unstated.covariance.is_none() && unstated.trust.from_sigma == 0.0, "{unstated:?}");
 }
 
+/// Touches in inches on a cube in millimetres lie near its corner, where no size of the cube contradicts them: the unit
+/// is asked for. In the right unit it is not.
+#[test]
+fn touches_close_together_ask_for_the_unit() {
+    let fixture = cube(EDGE);
+    for trial in 0..100 {
+        let (touches, _) = measured(&*fixture, &[3, 0, 3, 0, 3, 0], 102, trial);
+        let asks = |scale: f64| {
+            let scaled = |touch: &Touch| Touch { at: touch.at * scale, ..touch.clone() };
+            let touches: Vec<Touch> = touches.iter().map(scaled).collect();
+            let problem = Problem::new(&*fixture, &touches, Probe { sigma: Some(SIGMA), ..Probe::default() });
+            let solution = support::solver("least-squares").solve(&problem.unwrap()).ok()?;
+            Some(solution.warnings.iter().any(|warning| warning.code == "touches-close-together"))
+        };
+        assert_ne!(asks(1.0), Some(true), "trial {trial}");
+        assert_ne!(asks(1.0 / 25.4), Some(false), "trial {trial}");
+    }
+}
+
 /// The search for frames allocates nothing: it may run in a control loop.
 #[test]
 fn roots_and_candidates_allocate_nothing() {

@@ -40,6 +40,8 @@ const APPROACH_SLACK: f64 = 0.087;
 const FREE: f64 = 0.05;
 /// It is the layout's fault, not the noise's, when the condition exceeds this.
 const WEAK: f64 = 100.0;
+/// Touches nearer together than this part of the fixture's size may be in another unit, where nothing else tells.
+const CLOSE: f64 = 0.1;
 /// An expected frame decides between two when it is this many times nearer to one.
 const NEARER: f64 = 2.0;
 
@@ -585,6 +587,19 @@ impl Account<'_, '_> {
                 ),
             ),
             _ => {}
+        }
+        let size = self.problem.fixture().size();
+        let from_first = touches.iter().map(|touch| (touch.at - touches[0].at).norm());
+        let spread = from_first.fold(0.0, f64::max);
+        if spread < CLOSE * size {
+            warn(
+                "touches-close-together",
+                format!(
+                    "all touches lie within {} of the first, on a fixture of size {}: is the unit right?",
+                    short(spread),
+                    short(size)
+                ),
+            );
         }
         let coincident = (0..touches.len()).find_map(|j| {
             let same =

@@ -698,7 +698,7 @@ fn touches_close_together_ask_for_the_unit() {
     for trial in 0..100 {
         let (touches, _) = measured(&*fixture, &[3, 0, 3, 0, 3, 0], 102, trial);
         let asks = |scale: f64| {
-            let scaled = |touch: &Touch| Touch { at: touch.at * scale, ..touch.clone() };
+            let scaled = |touch: &Touch| Touch { at: touch.at * scale, ..*touch };
             let touches: Vec<Touch> = touches.iter().map(scaled).collect();
             let problem = Problem::new(&*fixture, &touches, Probe { sigma: Some(SIGMA), ..Probe::default() });
             let solution = support::solver("least-squares").solve(&problem.unwrap()).ok()?;

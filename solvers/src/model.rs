@@ -483,7 +483,7 @@ impl<const P: usize> SquareRoot<P> {
     /// leaves a positive diagonal.
     #[allow(clippy::needless_range_loop)] // Triangular indices read as in the books.
     fn absorb(&mut self, block: &mut Block<P>) {
-        unrolled!(i in P => {
+        for i in 0..P {
             let mut reflected = block.gradients[i];
             let square = dot(&reflected, &reflected);
             let before = self.r[i][i];
@@ -506,7 +506,7 @@ impl<const P: usize> SquareRoot<P> {
                 reflect(&mut self.r[i][j], &mut block.gradients[j]);
             }
             reflect(&mut self.q[i], &mut block.residuals);
-        });
+        }
     }
 
     /// The inverse of `r`; `None` when a diagonal element is zero.

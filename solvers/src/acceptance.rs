@@ -48,7 +48,7 @@ const NEARER: f64 = 2.0;
 /// How far beyond the stated noise other frames are looked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Margin {
-    /// A quarter beyond the stated noise at least, and as far as the same search proves.
+    /// A tenth beyond the stated noise at least, and as far as the same search proves.
     #[default]
     Near,
     /// As far as the frame stands: many times the stated noise where the layout is good, and many times the work.
@@ -56,7 +56,7 @@ pub enum Margin {
 }
 
 /// Of the search for a near margin, in stated sigmas.
-const NEAR: f64 = 1.25;
+const NEAR: f64 = 1.1;
 /// The farthest that a full margin reaches, in stated sigmas: noise that no probe of the stated sigma has.
 const FULL: f64 = 1000.0;
 
@@ -66,7 +66,7 @@ impl Margin {
         name: "margin",
         kind: ParameterKind::Choice(&["near", "full"]),
         default: Some("near"),
-        meaning: "how far beyond the stated sigma other frames are looked for: near (a quarter, or farther where that \
+        meaning: "how far beyond the stated sigma other frames are looked for: near (a tenth, or farther where that \
                   is cheap to prove) or full (as far as the frame stands)",
     };
 
@@ -391,7 +391,7 @@ pub(crate) fn rise_bound<const P: usize>(
     limit: f64,
 ) -> f64 {
     /// Each noise factor tried is this many times the one before.
-    const GROWTH: f64 = 2.0;
+    const GROWTH: f64 = 4.0;
     /// The least factor tried, in parts of the limit.
     const LEAST: f64 = 1e-3;
     /// Of the gap between one that holds and one that does not.

@@ -82,10 +82,41 @@ pub struct Progress {
     pub taken: bool,
 }
 
+/// A sum of squares over `P` unknowns that a descent can lower.
+pub(crate) trait SumOfSquares<const P: usize> {
+    /// Values of the unknowns.
+    type At: Copy;
+    /// Residuals, their derivatives and squares there, as normal equations.
+    fn normal_equations(&self, at: &Self::At) -> Normal<P>;
+    /// Moved by a step in the unknowns.
+    fn moved(&self, at: &Self::At, step: &[f64; P]) -> Self::At;
+    /// Length of a step: lengths in parts of the size of what is measured, plus radians.
+    fn length(&self, step: &[f64; P]) -> f64;
+}
+
+impl<const P: usize> SumOfSquares<P> for Model<'_, P> {
+    type At = Unknowns;
+
+    #[inline]
+    fn normal_equations(&self, at: &Unknowns) -> Normal<P> {
+        Model::normal_equations(self, at)
+    }
+
+    #[inline]
+    fn moved(&self, at: &Unknowns, step: &[f64; P]) -> Unknowns {
+        at.moved(step)
+    }
+
+    #[inline]
+    fn length(&self, step: &[f64; P]) -> f64 {
+        length_of(step, self.problem.fixture().size())
+    }
+}
+
 /// A descent under way.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Descent<const P: usize> {
-    pub(crate) at: Unknowns,
+pub(crate) struct Descent<const P: usize, At = Unknowns> {
+    pub(crate) at: At,
     normal: Normal<P>,
     damping: f64,
     /// Whether no step was taken yet.
@@ -94,8 +125,8 @@ pub(crate) struct Descent<const P: usize> {
     pub(crate) steps: usize,
 }
 
-impl<const P: usize> Descent<P> {
-    pub(crate) fn from(model: &Model<'_, P>, start: Unknowns) -> Self {
+impl<const P: usize, At: Copy> Descent<P, At> {
+    pub(crate) fn from(model: &impl SumOfSquares<P, At = At>, start: At) -> Self {
         Self { at: start, normal: model.normal_equations(&start), damping: DAMPING, first: true, steps: 0 }
     }
 
@@ -107,9 +138,8 @@ impl<const P: usize> Descent<P> {
 
     /// Tries one step; says why the descent is over, if it is.
     #[inline]
-    pub(crate) fn advance(&mut self, model: &Model<'_, P>) -> (Progress, Option<Stop>) {
+    pub(crate) fn advance(&mut self, model: &impl SumOfSquares<P, At = At>) -> (Progress, Option<Stop>) {
         self.steps += 1;
-        let size = model.problem.fixture().size();
         let before = self.normal.chi_square;
         let gradient = self.normal.cosine();
         let mut progress =
@@ -120,7 +150,7 @@ impl<const P: usize> Descent<P> {
         let Some(mut step) = damped_step(&self.normal, self.damping) else {
             return (progress, self.damp());
         };
-        let mut length = length_of(&step, size);
+        let mut length = model.length(&step);
         if self.first && length > FAR {
             self.damping = FAR_DAMPING;
             (progress.damping, self.first) = (self.damping, false);
@@ -128,11 +158,11 @@ impl<const P: usize> Descent<P> {
                 return (progress, self.damp());
             };
             step = shorter;
-            length = length_of(&step, size);
+            length = model.length(&step);
         }
         progress.step = length;
         let decrease = -step.iter().zip(&self.normal.gradient).map(|(x, g)| x * g).sum::<f64>();
-        let next = self.at.moved(&step);
+        let next = model.moved(&self.at, &step);
         let nearly_undamped = self.damping <= 0.1;
         if nearly_undamped && decrease <= COST * before {
             // The quadratic model is true to far better than what is left.
@@ -163,7 +193,10 @@ impl<const P: usize> Descent<P> {
 }
 
 /// Descends from `start` to a local minimum of the squared misfit.
-pub(crate) fn descend<const P: usize>(model: &Model<'_, P>, start: Unknowns) -> Descent<P> {
+pub(crate) fn descend<const P: usize, At: Copy>(
+    model: &impl SumOfSquares<P, At = At>,
+    start: At,
+) -> Descent<P, At> {
     let mut descent = Descent::from(model, start);
     for _ in 0..STEPS {
         if descent.advance(model).1.is_some() {
@@ -241,7 +274,7 @@ fn length_of<const P: usize>(step: &[f64; P], size: f64) -> f64 {
 /// Solves `(A + damping diag A) x = -g` by elimination; `None` when that is not positive definite.
 #[allow(clippy::needless_range_loop)] // Triangular indices read as in the books.
 #[inline]
-fn damped_step<const P: usize>(normal: &Normal<P>, damping: f64) -> Option<[f64; P]> {
+pub(crate) fn damped_step<const P: usize>(normal: &Normal<P>, damping: f64) -> Option<[f64; P]> {
     let (mut upper, mut right) = (normal.matrix, normal.gradient);
     let mut inverse = [0.0; P];
     for i in 0..P {

@@ -115,12 +115,14 @@ pub(crate) struct Normal<const P: usize> {
 }
 
 impl<const P: usize> Normal<P> {
+    pub(crate) const NOTHING: Self = Self { matrix: [[0.0; P]; P], gradient: [0.0; P], chi_square: 0.0 };
+
     #[expect(
         clippy::inline_always,
         reason = "in every evaluation of every solver: a call costs as much as it does"
     )]
     #[inline(always)]
-    fn add(&mut self, row: &Row<P>) {
+    pub(crate) fn add(&mut self, row: &Row<P>) {
         unrolled!(i in P => {
             for j in i..P {
                 self.matrix[i][j] += row.gradient[i] * row.gradient[j];
@@ -310,7 +312,7 @@ impl<'a, const P: usize> Model<'a, P> {
     #[inline]
     pub(crate) fn normal_equations(&self, state: &Unknowns) -> Normal<P> {
         const TOGETHER: usize = 4;
-        let mut normal = Normal { matrix: [[0.0; P]; P], gradient: [0.0; P], chi_square: 0.0 };
+        let mut normal = Normal::NOTHING;
         // A few touches at a time, so that their square roots and divisions do not wait for each other.
         let count = self.problem.touches().len();
         let mut rows = [Row { residual: 0.0, gradient: [0.0; P] }; TOGETHER];

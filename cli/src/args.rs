@@ -25,6 +25,7 @@ pub(crate) enum Command {
     Describe(commands::describe::Args),
     Simulate(commands::simulate::Args),
     Study(commands::study::Args),
+    Element(commands::element::Args),
     Completions(commands::completions::Args),
     Man(commands::man::Args),
 }
@@ -38,6 +39,7 @@ impl Command {
             Self::Describe(args) => args.run(registry),
             Self::Simulate(args) => args.run(registry),
             Self::Study(args) => args.run(registry),
+            Self::Element(args) => args.run(),
             Self::Completions(args) => Ok(args.run()),
             Self::Man(args) => args.run(),
         }

@@ -2,6 +2,7 @@
 
 pub(crate) mod completions;
 pub(crate) mod describe;
+pub(crate) mod element;
 pub(crate) mod list;
 pub(crate) mod locate;
 pub(crate) mod man;

@@ -6,6 +6,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use touchref::{
     RegistryError, SolveError,
     io::{ErrorRecord, InputError, TouchRecord, Units},
+    solvers::element::ElementError,
 };
 
 /// Why there is no result.
@@ -15,6 +16,8 @@ pub(crate) enum Failure {
     Input(InputError),
     /// A solver gives no frame.
     Refused(Box<Refused>),
+    /// The touches do not determine what is wanted.
+    Undetermined(ElementError),
     /// The call is wrong; or help or the version was asked for.
     Call(clap::Error),
 }
@@ -48,6 +51,7 @@ impl Failure {
     pub(crate) fn status(&self) -> u8 {
         match self {
             Self::Refused(refused) if !refused.error.is_input_error() => 1,
+            Self::Undetermined(_) => 1,
             _ if self.is_help() => 0,
             _ => 2,
         }
@@ -65,6 +69,11 @@ impl Failure {
                 }
                 record
             }
+            Self::Undetermined(error) => ErrorRecord::new(
+                "degenerate",
+                error.to_string(),
+                "touch more of the surface, in other places",
+            ),
             Self::Call(error) => of_call(error),
         }
     }

@@ -1,5 +1,6 @@
 //! Results and failures for people.
 
+mod element;
 mod failure;
 mod number;
 mod plugins;
@@ -7,6 +8,7 @@ mod sheet;
 mod solution;
 mod study;
 
+pub(crate) use element::element;
 pub(crate) use failure::failure;
 pub(crate) use plugins::{description, listing};
 pub(crate) use solution::solution;

@@ -53,7 +53,8 @@ pub struct TableReader {
     fields: Fields,
     columns: Vec<Column>,
     header: Vec<String>,
-    surfaces: Vec<String>,
+    /// The names that surfaces may have; any, and no column for them, where there are none.
+    surfaces: Option<Vec<String>>,
     warnings: Vec<Warning>,
     decimal_comma: bool,
     finished: bool,
@@ -74,11 +75,23 @@ impl TableReader {
         Self::new(input.open()?, &input.name(), surfaces)
     }
 
+    /// Opens a table of points: its surfaces may have any names, or none.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn of_points(input: &Input) -> Result<Self, InputError> {
+        Self::with(input.open()?, &input.name(), None)
+    }
+
     /// The same from any reader; messages call it `name`.
     ///
     /// # Errors
     /// As [`open`](Self::open).
     pub fn new(reader: Box<dyn BufRead>, name: &str, surfaces: &[&str]) -> Result<Self, InputError> {
+        Self::with(reader, name, Some(surfaces.iter().map(|name| (*name).to_owned()).collect()))
+    }
+
+    fn with(reader: Box<dyn BufRead>, name: &str, surfaces: Option<Vec<String>>) -> Result<Self, InputError> {
         let mut lines = Lines { reader, name: name.to_owned(), number: 0, offset: 0 };
         let Some(header) = lines.next_line()? else {
             return Err(InputError::new("invalid-input", "the touch table is empty")
@@ -92,7 +105,7 @@ impl TableReader {
             decimal_comma: delimiter == b';',
             columns: Vec::new(),
             header: (0..fields.len()).map(|index| fields.get(index).to_owned()).collect(),
-            surfaces: surfaces.iter().map(|name| (*name).to_owned()).collect(),
+            surfaces,
             warnings: Vec::new(),
             finished: false,
             lines,
@@ -142,7 +155,8 @@ impl TableReader {
         let has = |column| self.columns.contains(&column);
         let approach = (0..3).any(|axis| has(Column::Approach(axis)));
         let missing = COLUMNS.iter().find(|(_, column)| match column {
-            Column::Surface | Column::At(_) => !has(*column),
+            Column::Surface => self.surfaces.is_some() && !has(*column),
+            Column::At(_) => !has(*column),
             Column::Approach(_) => approach && !has(*column),
             _ => false,
         });
@@ -205,12 +219,13 @@ impl TableReader {
 
     fn surface(&self, line: &Line, index: usize) -> Result<String, InputError> {
         let name = self.fields.get(index);
-        if self.surfaces.iter().any(|known| known == name) {
+        let Some(surfaces) = self.surfaces.as_ref().filter(|known| !known.iter().any(|known| known == name))
+        else {
             return Ok(name.to_owned());
-        }
-        let message = format!("the fixture has no surface `{name}`; it has {}", self.surfaces.join(", "));
+        };
+        let message = format!("the fixture has no surface `{name}`; it has {}", surfaces.join(", "));
         Err(InputError::new("unknown-surface", message)
-            .with_nearest(nearest(name, self.surfaces.iter().map(String::as_str)))
+            .with_nearest(nearest(name, surfaces.iter().map(String::as_str)))
             .with_key("surface")
             .at(self.fields.place(line, index)))
     }

@@ -62,13 +62,16 @@ impl ElementKind {
 /// A surface fitted to points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Element {
-    /// The surface, as one touched from outside. Its point is the one nearest the points' mean; a cone's direction points
-    /// to growing radius.
+    /// The surface, as one touched from outside; a cone's direction points to growing radius.
     pub shape: Shape,
+    /// The point of its axis, or of a plane, that is nearest the points' mean; a sphere's centre.
+    pub point: Point3<f64>,
     /// Root mean square of the points' distances.
     pub rms: f64,
     /// Distinct minima seen, this lowest one included.
     pub minima: usize,
+    /// Root mean square of the points' distances at the next lowest one, if there is one.
+    pub second_rms: Option<f64>,
     /// From the residuals; `None` where there are no more points than unknowns.
     pub covariance: Option<ElementCovariance>,
 }
@@ -255,33 +258,32 @@ impl Cloud {
         const SAME: f64 = 1e-5;
         let misfit = Misfit { kind, points: &self.points };
         let mut ends: Vec<State> = Vec::new();
-        let mut minima: Vec<Minimum> = Vec::new();
+        let mut minima: Vec<(State, f64)> = Vec::new();
         for start in self.starts(kind) {
             let end = standard(kind, descend::<P, State>(&misfit, start).at);
             if !is_bounded(&end) || ends.iter().any(|other| distance(other, &end) < SAME) {
                 continue;
             }
             ends.push(end);
-            let Some(minimum) = self.polished::<P>(&misfit, end) else { continue };
-            if !minima.iter().any(|other| distance(&other.at, &minimum.at) < SAME) {
-                minima.push(minimum);
+            let Some(at) = settled::<P>(&misfit, end) else { continue };
+            if !minima.iter().any(|(other, _)| distance(other, &at) < SAME) {
+                minima.push((at, SumOfSquares::<P>::normal_equations(&misfit, &at).chi_square));
             }
         }
-        let best = minima.iter().min_by(|a, b| a.square.total_cmp(&b.square))?;
-        Some(self.element(kind, best, minima.len()))
+        minima.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let (best, _) = minima.first()?;
+        let best = self.polished::<P>(&misfit, *best)?;
+        let squares: Vec<f64> = minima.iter().map(|(_, square)| *square).collect();
+        Some(self.element(kind, &best, &squares))
     }
 
-    /// Undamped steps by orthogonal factors from where a descent ended to where rounding ends them. `None` where they do
-    /// not end, as the surface is on its way to a flat one, or where the points leave an unknown free.
+    /// Undamped steps by orthogonal factors from a minimum to where rounding ends them; `None` where the points leave an
+    /// unknown free.
     fn polished<const P: usize>(&self, misfit: &Misfit<'_>, from: State) -> Option<Minimum> {
-        /// Steps that shrink by a half at least need no more.
-        const STEPS: usize = 60;
-        /// The step that is left where rounding ends them, at most.
-        const SETTLED: f64 = 1e-7;
         /// Least over largest diagonal element of the triangular factor below which an unknown is free.
         const FREE: f64 = 1e-9;
         let (mut at, mut last) = (from, f64::INFINITY);
-        for _ in 0..STEPS {
+        loop {
             let rows: Vec<Row<P>> = self.points.iter().map(|point| misfit.row(&at, point)).collect();
             let jacobian = DMatrix::from_fn(rows.len(), P, |i, j| rows[i].gradient[j]);
             let mut residuals = DVector::from_fn(rows.len(), |i, _| rows[i].residual);
@@ -296,19 +298,14 @@ impl Cloud {
             let step = r.solve_upper_triangular(&residuals.rows(0, P))?;
             let step: [f64; P] = std::array::from_fn(|i| -step[i]);
             let length = SumOfSquares::<P>::length(misfit, &step);
+            // It no longer shrinks: rounding.
             if length >= last || length <= f64::EPSILON {
                 let inverse = r.try_inverse()?;
-                let covariance = &inverse * inverse.transpose();
-                return (last < SETTLED || length <= f64::EPSILON).then_some(Minimum {
-                    at,
-                    square,
-                    covariance,
-                });
+                return Some(Minimum { at, square, covariance: &inverse * inverse.transpose() });
             }
             at = standard(misfit.kind, SumOfSquares::<P>::moved(misfit, &at, &step));
             last = length;
         }
-        None
     }
 
     /// Starts that together lie in the basin of every good fit.
@@ -395,7 +392,8 @@ impl Cloud {
     }
 
     /// A fitted surface in the points' own coordinates.
-    fn element(&self, kind: ElementKind, minimum: &Minimum, minima: usize) -> Element {
+    fn element(&self, kind: ElementKind, minimum: &Minimum, squares: &[f64]) -> Element {
+        let rms = |square: f64| (square / self.points.len() as f64).sqrt() * self.extent;
         let Minimum { at, square, covariance } = minimum;
         let point = self.mean + at.frame.origin.coords * self.extent;
         let axis = Unit::new_normalize(at.frame.axis(2));
@@ -413,8 +411,10 @@ impl Cloud {
         let variance = (free > 0).then(|| square / free as f64);
         Element {
             shape,
-            rms: (square / self.points.len() as f64).sqrt() * self.extent,
-            minima,
+            point,
+            rms: rms(*square),
+            minima: squares.len(),
+            second_rms: squares.get(1).copied().map(rms),
             covariance: variance.map(|variance| self.covariance(kind, at, &(covariance * variance))),
         }
     }
@@ -444,6 +444,47 @@ impl Cloud {
         }
         ElementCovariance { point: carried(&point), direction: carried(&direction), sizes }
     }
+}
+
+/// The minimum next to where a descent ended, by Newton's steps with the second derivative of the whole misfit: also where
+/// residuals are so large that undamped steps of the linear model do not settle. `None` where the misfit has no minimum
+/// there: a saddle, or a valley toward a flat surface.
+#[allow(clippy::needless_range_loop)] // Triangular indices read as in the books.
+fn settled<const P: usize>(misfit: &Misfit<'_>, from: State) -> Option<State> {
+    /// Four or five are usual.
+    const STEPS: usize = 30;
+    /// A step this short squares itself below rounding.
+    const SHORT: f64 = 1e-9;
+    /// Of the central differences.
+    const DIFFERENCE: f64 = 1e-6;
+    let gradient = |at: &State| SumOfSquares::<P>::normal_equations(misfit, at).gradient;
+    let mut at = from;
+    for _ in 0..STEPS {
+        let beside = |j: usize, by: f64| {
+            let mut step = [0.0; P];
+            step[j] = by;
+            gradient(&misfit.moved(&at, &step))
+        };
+        let columns: [[f64; P]; P] = std::array::from_fn(|j| {
+            let (up, down) = (beside(j, DIFFERENCE), beside(j, -DIFFERENCE));
+            std::array::from_fn(|i| (up[i] - down[i]) / (2.0 * DIFFERENCE))
+        });
+        let mut normal = Normal { gradient: gradient(&at), ..Normal::NOTHING };
+        for i in 0..P {
+            for j in i..P {
+                normal.matrix[i][j] = 0.5 * (columns[i][j] + columns[j][i]);
+            }
+        }
+        let step = damped_step(&normal, 0.0)?;
+        at = standard(misfit.kind, misfit.moved(&at, &step));
+        if !is_bounded(&at) {
+            return None;
+        }
+        if SumOfSquares::<P>::length(misfit, &step) < SHORT {
+            return Some(at);
+        }
+    }
+    None
 }
 
 /// A state whose axis has this direction and passes through a point.
@@ -497,7 +538,7 @@ fn distance(one: &State, other: &State) -> f64 {
 /// Whether it is a surface and not on its way to a flat one.
 fn is_bounded(at: &State) -> bool {
     /// In extents.
-    const FAR: f64 = 1e6;
+    const FAR: f64 = 1e4;
     at.frame.is_sound() && at.frame.origin.coords.norm() < FAR && at.sizes[0] < FAR
 }
 

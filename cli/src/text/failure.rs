@@ -20,6 +20,13 @@ pub(crate) fn failure(failure: &Failure, look: Look) -> String {
     match failure {
         Failure::Input(error) => diagnostic(error, look),
         Failure::Refused(refused) => refusal(refused, &failure.record().error, look),
+        Failure::Undetermined(error) => {
+            let mut sheet = Sheet::new(look);
+            sheet.verdict(BAD, "No surface to trust:", &error.to_string());
+            sheet.heading("What to do");
+            sheet.prose(&failure.record().error.help);
+            sheet.finish()
+        }
         Failure::Call(error) => error.render().ansi().to_string(),
     }
 }

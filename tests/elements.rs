@@ -1,5 +1,5 @@
 //! Single surfaces against the NIST reference pairs: 120 data sets and the fits that NIST computed with 60 digits.
-#![allow(clippy::unwrap_used, clippy::print_stdout)] // A test that cannot be set up has failed; figures are for whoever looks.
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // A test may panic, and tells its figures.
 
 use std::{
     f64::consts::{PI, TAU},

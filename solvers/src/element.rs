@@ -10,9 +10,9 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use nalgebra::{DMatrix, DVector, Matrix3, Point3, Unit, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Point3, Unit, Vector3, Vector6};
 use thiserror::Error;
-use touchref_core::{Frame, Shape, Twist};
+use touchref_core::{Contact, Frame, Shape, Twist};
 
 use crate::{
     levenberg_marquardt::{SumOfSquares, damped_step, descend},
@@ -188,8 +188,7 @@ impl Misfit<'_> {
                 (over * cos - p.z * sin, normal, [-cos, -over * sin - p.z * cos])
             }
         };
-        let turn = p.cross(&normal);
-        let by_twist = [-normal.x, -normal.y, -normal.z, -turn.x, -turn.y, -turn.z];
+        let by_twist = Contact { at: p.into(), residual: distance, normal, sigma: 1.0 }.gradient();
         let (sizes, moves) = unknowns(self.kind);
         let mut gradient = [0.0; P];
         gradient[..sizes].copy_from_slice(&by_size[..sizes]);
@@ -221,9 +220,7 @@ impl<const P: usize> SumOfSquares<P> for Misfit<'_> {
         for (component, step) in moves.iter().zip(&step[count..]) {
             twist[*component] = *step;
         }
-        let [x, y, z, rx, ry, rz] = twist;
-        let twist = Twist { translation: Vector3::new(x, y, z), rotation: Vector3::new(rx, ry, rz) };
-        State { frame: at.frame.moved(&twist), sizes }
+        State { frame: at.frame.moved(&Twist::from(Vector6::from(twist))), sizes }
     }
 
     /// The points' extent is one, so lengths and radians weigh alike.
@@ -513,6 +510,8 @@ fn foot(kind: ElementKind, mut at: State) -> State {
 /// The same surface told in one way: radii positive, a cone's direction to growing radius, others' into the half space of
 /// positive coordinates.
 fn standard(kind: ElementKind, at: State) -> State {
+    /// A component of a direction smaller than this may be zero, and does not tell its half space.
+    const NOTHING: f64 = 1e-3;
     let State { frame, sizes: [mut radius, mut angle] } = foot(kind, at);
     let mut axis = frame.axis(2);
     // A cone of negative radius is the other nappe, turned round.
@@ -520,7 +519,7 @@ fn standard(kind: ElementKind, at: State) -> State {
         (radius, angle) = (-radius, -angle);
     }
     angle = (angle + FRAC_PI_2).rem_euclid(PI) - FRAC_PI_2;
-    let first = axis.iter().find(|v| v.abs() > 1e-3).copied().unwrap_or(1.0);
+    let first = axis.iter().find(|v| v.abs() > NOTHING).copied().unwrap_or(1.0);
     let turn = if kind == ElementKind::Cone { angle < 0.0 } else { first < 0.0 };
     if turn && kind != ElementKind::Sphere {
         (axis, angle) = (-axis, -angle);

@@ -200,9 +200,11 @@ impl<const P: usize> Answer<'_, '_, P> {
         let Some(closed_form) = self.problem.fixture().closed_form() else { return String::new() };
         let mut best: Option<(f64, Root)> = None;
         let _ = closed_form.roots(self.problem, &mut |root| {
-            let misfit = linear_minimum(&self.model, &Unknowns::at(root.frame));
-            if root.kind == RootKind::Real && best.is_none_or(|(least, _)| misfit < least) {
-                best = Some((misfit, root));
+            if root.kind == RootKind::Real {
+                let misfit = linear_minimum(&self.model, &Unknowns::at(root.frame));
+                if best.is_none_or(|(least, _)| misfit < least) {
+                    best = Some((misfit, root));
+                }
             }
         });
         best.map_or_else(String::new, |(_, root)| {

@@ -242,13 +242,12 @@ pub(crate) fn linear_minimum<const P: usize>(model: &Model<'_, P>, at: &Unknowns
 pub(crate) fn polish<const P: usize>(model: &Model<'_, P>, from: Unknowns) -> (Unknowns, SquareRoot<P>) {
     /// Steps shrink by the curvature's part, below 0.5 for any frame that is accepted.
     const STEPS: usize = 60;
-    let size = model.problem.fixture().size();
     let root = model.square_root(&from);
     let (mut at, mut last) = (from, f64::INFINITY);
     let mut next = root.step();
     for _ in 0..STEPS {
         let Some(step) = next else { break };
-        let length = length_of(&step, size);
+        let length = model.length(&step);
         // It no longer shrinks: rounding.
         if length >= last {
             break;
@@ -271,6 +270,7 @@ fn length_of<const P: usize>(step: &[f64; P], size: f64) -> f64 {
     let norm = |part: &[f64]| part.iter().map(|v| v * v).sum::<f64>().sqrt();
     norm(lengths) / size + norm(turns)
 }
+
 /// Solves `(A + damping diag A) x = -g` by elimination; `None` when that is not positive definite.
 #[allow(clippy::needless_range_loop)] // Triangular indices read as in the books.
 #[inline]

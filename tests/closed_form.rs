@@ -125,7 +125,7 @@ fn covariance_of_the_oracle() {
         let probe = Probe { tip_radius: case.tip_radius, sigma: Some(sigma), ..Probe::default() };
         let problem = Problem::new(&*case.fixture, &case.touches, probe).unwrap();
         let Ok(solution) = support::solver("closed-form").solve(&problem) else { continue };
-        let radius = solution.roots[0].measures[0];
+        let radius = &solution.roots[0].measures[0];
         let expected_radius = case.json["roots"][0]["radius"].as_f64().unwrap();
         if (radius.value - expected_radius).abs() > 1e-9 * expected_radius {
             continue; // Another root won: the oracle's covariance is that of the nearest radius.

@@ -274,7 +274,9 @@ fn tallies(
 fn two_solvers_agree_or_one_refuses() {
     let registry = registry().unwrap();
     let mut solvers: Vec<Box<dyn Solver>> = vec![Box::new(Reference)];
-    solvers.extend(registry.solvers().iter().map(|plugin| plugin.build(&Parameters::new()).unwrap()));
+    // `global` takes a thousand times as long: tests/global.rs holds it against the others.
+    let linked = registry.solvers().iter().filter(|plugin| plugin.name != "global");
+    solvers.extend(linked.map(|plugin| plugin.build(&Parameters::new()).unwrap()));
     assert!(solvers.len() >= 2);
     for plugin in registry.fixtures() {
         let settings = support::settings(plugin.name);

@@ -715,7 +715,7 @@ fn uncertain_sizes_take_part() {
         let touches = measurement(&*made, 2 * trial);
         let problem = Problem::new(&*fixture, &touches, probe(Some(SIGMA))).unwrap();
         let solution = solver.solve(&problem).unwrap();
-        let (measured, root) = (solution.roots[0].measures[0], &solution.roots[0]);
+        let (measured, root) = (solution.roots[0].measures[0].clone(), &solution.roots[0]);
         assert!(root.selected && (measured.value - 110.15).abs() < 6.0 * measured.u.unwrap());
     }
 }

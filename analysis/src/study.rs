@@ -11,8 +11,8 @@ use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use thiserror::Error;
 use touchref_core::{
-    Fixture, FixturePlugin, Frame, ParameterError, Probe, Problem, SolveError, Solver, Touch, TouchError,
-    Value, statistics::chi_square_level,
+    Fixture, FixturePlugin, Frame, ParameterError, Parameters, Probe, Problem, SolveError, Solver, Touch,
+    TouchError, Value, statistics::chi_square_level,
 };
 
 use crate::{
@@ -23,9 +23,13 @@ use crate::{
 /// Chance at which an accepted frame counts as wrong: its true error lies outside its own stated covariance.
 pub const WRONG_LEVEL: f64 = 1e-9;
 
-/// Squared errors of a frame, in its own covariance, that a true covariance exceeds with these chances.
-static WRONG: LazyLock<f64> = LazyLock::new(|| chi_square_level(WRONG_LEVEL, 6));
-static REGION_95: LazyLock<f64> = LazyLock::new(|| chi_square_level(0.05, 6));
+/// Squared errors of a frame, in its own covariance, that a true covariance exceeds with the chance of a wrong one and
+/// with 5 %; by the number of the frame's unknowns.
+static LEVELS: LazyLock<[[f64; 2]; 7]> = LazyLock::new(|| {
+    std::array::from_fn(|unknowns| {
+        [WRONG_LEVEL, 0.05].map(|chance| chi_square_level(chance, unknowns.max(1)))
+    })
+});
 
 /// Trials that one thread works through before it takes the next; results do not depend on it, nor on the threads.
 const CHUNK: u64 = 256;
@@ -279,17 +283,10 @@ impl Study<'_> {
     /// The fixture as it truly is in a trial; `None` where it is what it is known to be.
     fn true_fixture(&self, trial: u64, rng: &mut impl Rng) -> Result<Option<Box<dyn Fixture>>, StudyError> {
         let known = self.fixture.parameters();
-        let uncertain = known.iter().filter_map(|(name, value)| match value {
-            Value::Number { value, u } if *u > 0.0 => Some((name, *value, *u)),
-            _ => None,
-        });
-        let uncertain: Vec<(&str, f64, f64)> = uncertain.collect();
-        if uncertain.is_empty() {
+        let drawn = drawn_parameters(known, rng);
+        if drawn == *known {
             return Ok(None);
         }
-        let drawn = uncertain
-            .into_iter()
-            .fold(known.clone(), |drawn, (name, value, u)| drawn.with(name, drawn_from(value, u, rng)));
         self.plugin.build(&drawn).map(Some).map_err(|error| StudyError::Fixture { trial, error })
     }
 
@@ -311,8 +308,9 @@ impl Study<'_> {
         // A frame without a covariance, or that is no number, is as wrong as one can be.
         let squared = solution.squared_distance(&truth).filter(|v| v.is_finite()).unwrap_or(f64::INFINITY);
         outcome.accepted += 1;
-        outcome.wrong += u64::from(squared > *WRONG);
-        outcome.within_95 += u64::from(squared <= *REGION_95);
+        let [wrong, region_95] = LEVELS[problem.unknowns()];
+        outcome.wrong += u64::from(squared > wrong);
+        outcome.within_95 += u64::from(squared <= region_95);
         outcome.worst = outcome.worst.max(squared);
         outcome.nees += squared;
         if let Some(bound) = cramer_rao(&problem, &truth) {
@@ -330,6 +328,18 @@ impl Study<'_> {
 fn drawn_from(value: f64, u: f64, rng: &mut impl Rng) -> f64 {
     // What is exact takes no number from the generator.
     if u > 0.0 { value + u * rng.sample::<f64, _>(StandardNormal) } else { value }
+}
+
+/// Parameters as they truly are: each uncertain number drawn, those in tables, too.
+fn drawn_parameters(known: &Parameters, rng: &mut impl Rng) -> Parameters {
+    known.iter().fold(Parameters::new(), |drawn, (name, value)| match value {
+        Value::Number { value, u } if *u > 0.0 => drawn.with(name, drawn_from(*value, *u, rng)),
+        Value::Tables(tables) => {
+            let tables: Vec<Parameters> = tables.iter().map(|table| drawn_parameters(table, rng)).collect();
+            drawn.with(name, tables)
+        }
+        other => drawn.with(name, other.clone()),
+    })
 }
 
 /// The least covariance that any unbiased estimate of the frame can have, its dimensions and the tip radius known;

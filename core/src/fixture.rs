@@ -1,11 +1,11 @@
 //! What a fixture is: named surfaces in one frame, how many touches it needs, and its closed form if it has one.
 
-use std::fmt;
+use std::{borrow::Cow, fmt};
 
 use nalgebra::Point3;
 
 use crate::{
-    Frame, Problem, Shape, SolveError, Surface, Touch, TouchError,
+    Frame, Freedom, Problem, Shape, SolveError, Surface, Touch, TouchError,
     parameters::{Parameters, nearest},
 };
 
@@ -24,6 +24,11 @@ pub trait Fixture: fmt::Debug + Send + Sync {
 
     /// The fewest touches that fix the frame.
     fn requirement(&self) -> &Requirement;
+
+    /// Motions that its frame need not fix, as no touch of any of its surfaces sees them.
+    fn freedom(&self) -> Freedom {
+        Freedom::NONE
+    }
 
     /// A length typical of the fixture: radians times this are comparable with lengths on it.
     fn size(&self) -> f64;
@@ -93,10 +98,10 @@ const _: Option<&dyn Fixture> = None;
 pub const MAX_DIMENSIONS: usize = 8;
 
 /// A length or an angle of a fixture.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Dimension {
     /// Name of the parameter that sets it.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Its value: a length, or radians.
     pub value: f64,
     /// Its standard uncertainty; 0 where it is taken as exact.
@@ -119,13 +124,21 @@ pub enum Quantity {
 pub struct Requirement {
     /// Each row is enough.
     pub alternatives: Vec<Vec<usize>>,
+    /// The fewest touches altogether, where that is more than any row has.
+    pub total: usize,
 }
 
 impl Requirement {
     /// One alternative only.
     #[must_use]
     pub fn counts(per_surface: &[usize]) -> Self {
-        Self { alternatives: vec![per_surface.to_vec()] }
+        Self { alternatives: vec![per_surface.to_vec()], total: 0 }
+    }
+
+    /// So many touches altogether, on whichever of so many surfaces; which layouts of them do, only the layout tells.
+    #[must_use]
+    pub fn total(total: usize, surfaces: usize) -> Self {
+        Self { alternatives: vec![vec![0; surfaces]], total }
     }
 
     /// A sentence of what is missing, or `None` when `counts` (touches on each surface) is enough.
@@ -138,7 +151,8 @@ impl Requirement {
         };
         let best = self.alternatives.iter().min_by_key(|need| short(need))?;
         if short(best) == 0 {
-            return None;
+            let have: usize = counts.iter().sum();
+            return (have < self.total).then(|| format!("there are {have} of {} touches", self.total));
         }
         let parts: Vec<String> = best
             .iter()

@@ -8,6 +8,7 @@
 pub mod error;
 pub mod fixture;
 pub mod frame;
+pub mod freedom;
 pub mod observability;
 pub mod parameters;
 pub mod registry;
@@ -21,8 +22,9 @@ pub use fixture::{
     ClosedForm, Dimension, Fixture, MAX_DIMENSIONS, MAX_MEASURES, Quantity, Requirement, Root, RootKind,
 };
 pub use frame::{Frame, Twist};
+pub use freedom::Freedom;
 pub use observability::{Motion, Observability, RANK_TOLERANCE};
-pub use parameters::{ParameterError, ParameterKind, ParameterSpec, Parameters, Value};
+pub use parameters::{Fault, ParameterError, ParameterKind, ParameterSpec, Parameters, TableSpec, Value};
 pub use registry::{FixtureEntry, FixturePlugin, Plugin, Registry, RegistryError, SolverEntry, SolverPlugin};
 pub use solver::{
     Adjustment, Contact, Covariance, Iteration, Limit, Measure, Problem, Residual, RootReport, SecondMinimum,

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use nalgebra::{DMatrix, Matrix6, Point3, RowVector6, Vector3, Vector6};
+use nalgebra::{DMatrix, Matrix6, Point3, Vector3, Vector6};
 
-use crate::{Fixture, Frame, Problem, Shape, Twist};
+use crate::{Fixture, Frame, Freedom, Problem, Shape, Twist};
 
 /// Smallest over largest singular value of the scaled Jacobian below which a motion counts as free.
 ///
@@ -16,7 +16,7 @@ pub const RANK_TOLERANCE: f64 = 1e-6;
 /// What the touches determine at a frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observability {
-    /// How many of the six motions the touches determine.
+    /// How many motions the touches determine: six, less what the fixture leaves free, when all.
     pub rank: usize,
     /// Largest over smallest singular value of the weighted Jacobian, rotations scaled by the fixture's
     /// [`size`](Fixture::size); infinite when the smallest is zero.
@@ -186,7 +186,8 @@ impl Observability {
         let mut jacobian = DMatrix::zeros(touches.max(6), 6);
         for index in 0..touches {
             let contact = problem.contact(frame, index);
-            let row = RowVector6::from_row_slice(&contact.gradient()) / contact.sigma;
+            let gradient = problem.fixture().freedom().without(&contact.gradient().into());
+            let row = gradient.transpose() / contact.sigma;
             jacobian.row_mut(index).copy_from(&row);
         }
         let r: Matrix6<f64> = jacobian.qr().r().fixed_view::<6, 6>(0, 0).into();
@@ -197,7 +198,7 @@ impl Observability {
     /// fixture's axes about its origin.
     #[must_use]
     pub fn from_square_root(fixture: &dyn Fixture, frame: &Frame, r: &Matrix6<f64>) -> Self {
-        let (singular_values, twist) = weakest_motion(r, fixture.size());
+        let (singular_values, twist) = weakest_motion(r, fixture.size(), fixture.freedom());
         Self::from_singular_values(fixture, frame, &singular_values, &twist)
     }
 
@@ -210,7 +211,8 @@ impl Observability {
         twist: &Twist,
     ) -> Self {
         let (largest, smallest) = (singular.max(), singular.min());
-        let rank = singular.iter().filter(|s| **s > RANK_TOLERANCE * largest).count();
+        let seen = singular.iter().filter(|s| **s > RANK_TOLERANCE * largest).count();
+        let rank = seen - fixture.freedom().count().min(seen);
         let condition = if smallest > 0.0 { largest / smallest } else { f64::INFINITY };
         let weakest = Motion::of_fixture(fixture, frame, twist);
         Self { rank, condition, weakest }
@@ -219,15 +221,23 @@ impl Observability {
 
 /// Singular values of `r` with rotations scaled by `size`, and the unit twist along the least of them.
 ///
-/// An `r` that is not finite shows nothing: all singular values are zero, and any motion is the weakest.
+/// What a fixture leaves free, so that its columns and rows of `r` are zero, is neither the weakest nor the strongest. An
+/// `r` that is not finite shows nothing: all singular values are zero, and any motion is the weakest.
 #[must_use]
-pub fn weakest_motion(r: &Matrix6<f64>, size: f64) -> (Vector6<f64>, Twist) {
+pub fn weakest_motion(r: &Matrix6<f64>, size: f64, freedom: Freedom) -> (Vector6<f64>, Twist) {
     if !r.iter().all(|v| v.is_finite()) {
         // The decomposition would never settle.
         return (Vector6::zeros(), Twist::from(Vector6::x()));
     }
     let mut scaled = *r;
     scaled.fixed_view_mut::<6, 3>(0, 3).scale_mut(1.0 / size);
+    if freedom != Freedom::NONE {
+        // The length of a column lies between the singular values.
+        let between = scaled.column_iter().map(|column| column.norm()).fold(0.0, f64::max);
+        for index in (0..6).filter(|index| freedom.is_free(*index)) {
+            scaled[(index, index)] = between;
+        }
+    }
     let svd = scaled.svd_unordered(false, true);
     let least = svd.singular_values.imin();
     let direction: Vector6<f64> = match svd.v_t {
@@ -249,7 +259,7 @@ mod tests {
         for bad in [f64::NAN, f64::INFINITY] {
             let mut r = Matrix6::identity();
             r[(1, 4)] = bad;
-            let (singular, twist) = weakest_motion(&r, 2.0);
+            let (singular, twist) = weakest_motion(&r, 2.0, Freedom::NONE);
             assert_eq!(singular, Vector6::zeros());
             assert!((Vector6::from(twist).norm() - 1.0).abs() < 1e-15);
         }

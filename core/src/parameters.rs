@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use nalgebra::Vector3;
 use thiserror::Error;
 
 /// What a plugin says of one of its parameters.
@@ -48,7 +49,31 @@ pub enum ParameterKind {
     Choice(&'static [&'static str]),
     /// `true` or `false`.
     Flag,
+    /// A word that the user chooses, not empty.
+    Name,
+    /// Any of these words, each at most once.
+    Words(&'static [&'static str]),
+    /// A coordinate: a length of either sign.
+    Coordinate,
+    /// A point: three coordinates.
+    Point,
+    /// A direction: three numbers, not all zero.
+    Direction,
+    /// Any number of tables, at least one; each has `type`, which says what else it has.
+    Tables(&'static [TableSpec]),
 }
+
+/// What a plugin says of one type of the tables that it takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TableSpec {
+    /// The word that `type` has.
+    pub name: &'static str,
+    /// What else such a table has.
+    pub parameters: &'static [ParameterSpec],
+}
+
+/// The key that tells a table's type.
+pub const TYPE: &str = "type";
 
 impl fmt::Display for ParameterKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -58,6 +83,15 @@ impl fmt::Display for ParameterKind {
             Self::Angle { above, below } => write!(f, "angle in degrees, {above} < value < {below}"),
             Self::Choice(words) => write!(f, "\"{}\"", words.join("\" or \"")),
             Self::Flag => write!(f, "true or false"),
+            Self::Name => write!(f, "a word"),
+            Self::Words(words) => write!(f, "a list of \"{}\"", words.join("\", \"")),
+            Self::Coordinate => write!(f, "length"),
+            Self::Point => write!(f, "[length, length, length]"),
+            Self::Direction => write!(f, "direction [i, j, k], not all zero"),
+            Self::Tables(specs) => {
+                let types = specs.iter().map(|spec| spec.name).collect::<Vec<_>>().join("\" or \"");
+                write!(f, "tables, each with {TYPE} = \"{types}\"")
+            }
         }
     }
 }
@@ -79,6 +113,10 @@ pub enum Value {
     Word(String),
     /// A truth value.
     Flag(bool),
+    /// Several words.
+    Words(Vec<String>),
+    /// Tables of parameters of their own.
+    Tables(Vec<Parameters>),
 }
 
 impl Value {
@@ -90,6 +128,8 @@ impl Value {
             Self::Numbers(_) => "a list of numbers",
             Self::Word(_) => "a word",
             Self::Flag(_) => "a truth value",
+            Self::Words(_) => "a list of words",
+            Self::Tables(_) => "a list of tables",
         }
     }
 }
@@ -109,6 +149,18 @@ impl From<bool> for Value {
 impl From<&str> for Value {
     fn from(value: &str) -> Self {
         Self::Word(value.to_owned())
+    }
+}
+
+impl From<Vec<Parameters>> for Value {
+    fn from(tables: Vec<Parameters>) -> Self {
+        Self::Tables(tables)
+    }
+}
+
+impl From<&[&str]> for Value {
+    fn from(words: &[&str]) -> Self {
+        Self::Words(words.iter().map(|word| (*word).to_owned()).collect())
     }
 }
 
@@ -161,24 +213,26 @@ impl Parameters {
     /// The first unknown name (with the nearest known one), missing parameter, value of the wrong kind or range, or
     /// parameter given beside the one whose place it would take.
     pub fn checked(&self, specs: &[ParameterSpec]) -> Result<Self, ParameterError> {
+        let mut given = Self::new();
         for (name, value) in self.iter() {
             let spec = specs.iter().find(|spec| spec.name == name).ok_or_else(|| {
                 let known = specs.iter().map(|spec| spec.name);
                 ParameterError::unknown(name, known)
             })?;
-            check(spec, value)?;
+            given.set(name, check(spec, value)?);
         }
         let mut complete = Self::new();
         for spec in specs {
             let replacement = specs.iter().find(|other| other.replaces() == Some(spec.name));
-            let replaced_by = replacement.filter(|other| self.get(other.name).is_some());
-            match (self.get(spec.name), replaced_by, spec.default) {
+            let replaced_by = replacement.filter(|other| given.get(other.name).is_some());
+            match (given.get(spec.name), replaced_by, spec.default) {
                 (Some(_), Some(other), _) => {
                     return Err(ParameterError {
                         name: other.name.to_owned(),
                         problem: format!("is given beside `{}`", spec.name),
                         expected: "one of the two".to_owned(),
                         nearest: None,
+                        fault: Fault::Wrong,
                     });
                 }
                 (Some(value), ..) => complete.set(spec.name, value.clone()),
@@ -197,6 +251,7 @@ impl Parameters {
                         problem: "is missing".to_owned(),
                         expected: format!("{}: {}{or}", spec.kind, spec.meaning),
                         nearest: None,
+                        fault: Fault::Missing,
                     });
                 }
             }
@@ -216,6 +271,33 @@ impl Parameters {
         match self.get(name) {
             Some(Value::Number { value, u }) => (*value, *u),
             _ => (0.0, 0.0),
+        }
+    }
+
+    /// The three numbers of that name; zeros where there are none.
+    #[must_use]
+    pub fn vector(&self, name: &str) -> Vector3<f64> {
+        match self.get(name) {
+            Some(Value::Numbers(numbers)) if numbers.len() == 3 => Vector3::from_column_slice(numbers),
+            _ => Vector3::zeros(),
+        }
+    }
+
+    /// The words of that name.
+    #[must_use]
+    pub fn words(&self, name: &str) -> &[String] {
+        match self.get(name) {
+            Some(Value::Words(words)) => words,
+            _ => &[],
+        }
+    }
+
+    /// The tables of that name.
+    #[must_use]
+    pub fn tables(&self, name: &str) -> &[Parameters] {
+        match self.get(name) {
+            Some(Value::Tables(tables)) => tables,
+            _ => &[],
         }
     }
 
@@ -242,51 +324,121 @@ impl Parameters {
 pub fn parse(kind: ParameterKind, text: &str) -> Option<Value> {
     let text = text.trim();
     match kind {
-        ParameterKind::Length | ParameterKind::Angle { .. } => text.parse::<f64>().ok().map(Value::from),
-        ParameterKind::Lengths3 => {
+        ParameterKind::Length | ParameterKind::Angle { .. } | ParameterKind::Coordinate => {
+            text.parse::<f64>().ok().map(Value::from)
+        }
+        ParameterKind::Lengths3 | ParameterKind::Point | ParameterKind::Direction => {
             let inside = text.trim_start_matches('[').trim_end_matches(']');
             let numbers = inside.split(',').map(|part| part.trim().parse()).collect::<Result<Vec<f64>, _>>();
             numbers.ok().map(Value::Numbers)
         }
-        ParameterKind::Choice(_) => Some(Value::from(text)),
+        ParameterKind::Choice(_) | ParameterKind::Name => Some(Value::from(text)),
         ParameterKind::Flag => text.parse::<bool>().ok().map(Value::from),
+        ParameterKind::Words(_) => {
+            let inside = text.trim_start_matches('[').trim_end_matches(']');
+            let words: Vec<&str> = inside
+                .split(',')
+                .map(|word| word.trim().trim_matches('"'))
+                .filter(|word| !word.is_empty())
+                .collect();
+            Some(Value::from(words.as_slice()))
+        }
+        ParameterKind::Tables(_) => None,
     }
 }
 
-fn check(spec: &ParameterSpec, value: &Value) -> Result<(), ParameterError> {
+/// The value, if it is one of its kind; defaults filled in where it has parameters of its own.
+fn check(spec: &ParameterSpec, value: &Value) -> Result<Value, ParameterError> {
     let positive = |v: f64| v.is_finite() && v > 0.0;
+    let three = |numbers: &[f64], right: &dyn Fn(f64) -> bool| {
+        (numbers.len() != 3 || !numbers.iter().all(|v| right(*v))).then(|| format!("is {numbers:?}"))
+    };
+    let wrong = |problem: String, nearest: Option<&str>| ParameterError {
+        name: spec.name.to_owned(),
+        problem,
+        expected: spec.kind.to_string(),
+        nearest: nearest.map(str::to_owned),
+        fault: Fault::Wrong,
+    };
     let problem = match (spec.kind, value) {
         (ParameterKind::Length, Value::Number { value, u }) => {
             uncertainty_problem(*u).or_else(|| (!positive(*value)).then(|| format!("is {value}")))
         }
         (ParameterKind::Angle { above, below }, Value::Number { value, u }) => uncertainty_problem(*u)
             .or_else(|| (!(*value > above && *value < below)).then(|| format!("is {value}"))),
-        (ParameterKind::Lengths3, Value::Numbers(numbers)) => {
-            (numbers.len() != 3 || !numbers.iter().copied().all(positive)).then(|| format!("is {numbers:?}"))
+        (ParameterKind::Coordinate, Value::Number { value, u }) => {
+            (!value.is_finite() || *u != 0.0).then(|| format!("is {value}, with the uncertainty {u}"))
         }
+        (ParameterKind::Lengths3, Value::Numbers(numbers)) => three(numbers, &positive),
+        (ParameterKind::Point, Value::Numbers(numbers)) => three(numbers, &f64::is_finite),
+        (ParameterKind::Direction, Value::Numbers(numbers)) => three(numbers, &f64::is_finite)
+            .or_else(|| numbers.iter().all(|v| *v == 0.0).then(|| format!("is {numbers:?}"))),
         (ParameterKind::Choice(words), Value::Word(word)) => {
             if words.contains(&word.as_str()) {
                 None
             } else {
-                return Err(ParameterError {
-                    name: spec.name.to_owned(),
-                    problem: format!("is \"{word}\""),
-                    expected: spec.kind.to_string(),
-                    nearest: nearest(word, words.iter().copied()).map(str::to_owned),
-                });
+                return Err(wrong(format!("is \"{word}\""), nearest(word, words.iter().copied())));
             }
         }
+        (ParameterKind::Words(known), Value::Words(words)) => {
+            let unknown = words.iter().find(|word| !known.contains(&word.as_str()));
+            let again = |index: &usize| words[..*index].contains(&words[*index]);
+            match (unknown, (0..words.len()).find(again)) {
+                (Some(word), _) => {
+                    return Err(wrong(format!("has \"{word}\""), nearest(word, known.iter().copied())));
+                }
+                (None, Some(index)) => Some(format!("has \"{}\" twice", words[index])),
+                (None, None) => None,
+            }
+        }
+        // An empty list may be one of anything.
+        (ParameterKind::Words(_), Value::Numbers(numbers)) if numbers.is_empty() => {
+            return Ok(Value::Words(Vec::new()));
+        }
+        (ParameterKind::Tables(_), Value::Numbers(numbers)) if numbers.is_empty() => {
+            Some("is empty".to_owned())
+        }
+        (ParameterKind::Name, Value::Word(word)) => word.trim().is_empty().then(|| "is empty".to_owned()),
         (ParameterKind::Flag, Value::Flag(_)) => None,
+        (ParameterKind::Tables(specs), Value::Tables(tables)) => {
+            if !tables.is_empty() {
+                let checked = tables.iter().enumerate().map(|(index, table)| {
+                    checked_table(table, specs)
+                        .map_err(|error| error.within(&format!("{}[{index}]", spec.name)))
+                });
+                return checked.collect::<Result<_, _>>().map(Value::Tables);
+            }
+            Some("is empty".to_owned())
+        }
         (_, other) => Some(format!("is {}", other.kind())),
     };
-    problem.map_or(Ok(()), |problem| {
-        Err(ParameterError {
-            name: spec.name.to_owned(),
-            problem,
-            expected: spec.kind.to_string(),
-            nearest: None,
-        })
-    })
+    problem.map_or_else(|| Ok(value.clone()), |problem| Err(wrong(problem, None)))
+}
+
+/// A table by what its type has; the type comes first.
+fn checked_table(table: &Parameters, specs: &[TableSpec]) -> Result<Parameters, ParameterError> {
+    let types = || specs.iter().map(|spec| spec.name);
+    let expected = || format!("\"{}\"", types().collect::<Vec<_>>().join("\" or \""));
+    let wrong = |problem: &str, fault| ParameterError {
+        name: TYPE.to_owned(),
+        problem: problem.to_owned(),
+        expected: expected(),
+        nearest: None,
+        fault,
+    };
+    let name = match table.get(TYPE) {
+        Some(Value::Word(name)) => name,
+        Some(other) => return Err(wrong(&format!("is {}", other.kind()), Fault::Wrong)),
+        None => return Err(wrong("is missing", Fault::Missing)),
+    };
+    let Some(spec) = specs.iter().find(|spec| spec.name == name) else {
+        let error = wrong(&format!("is \"{name}\""), Fault::Wrong);
+        return Err(ParameterError { nearest: nearest(name, types()).map(str::to_owned), ..error });
+    };
+    let others = Parameters(table.0.iter().filter(|(key, _)| key != TYPE).cloned().collect());
+    let mut checked = Parameters::new().with(TYPE, name.as_str());
+    checked.0.extend(others.checked(spec.parameters)?.0);
+    Ok(checked)
 }
 
 fn uncertainty_problem(u: f64) -> Option<String> {
@@ -306,6 +458,19 @@ pub struct ParameterError {
     pub expected: String,
     /// The nearest right name or word.
     pub nearest: Option<String>,
+    /// In which way it is wrong.
+    pub fault: Fault,
+}
+
+/// In which way a parameter is wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// The plugin has no parameter of this name.
+    Unknown,
+    /// It must be given, and is not.
+    Missing,
+    /// It has another value than it may have.
+    Wrong,
 }
 
 impl ParameterError {
@@ -316,7 +481,14 @@ impl ParameterError {
             problem: "is not known".to_owned(),
             expected: format!("one of {}", known.clone().collect::<Vec<_>>().join(", ")),
             nearest: nearest(name, known).map(str::to_owned),
+            fault: Fault::Unknown,
         }
+    }
+
+    /// The same of a parameter in a table: `surface[2].radius`.
+    #[must_use]
+    pub fn within(self, table: &str) -> Self {
+        Self { name: format!("{table}.{}", self.name), ..self }
     }
 }
 

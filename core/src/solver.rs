@@ -5,7 +5,8 @@ use std::{borrow::Cow, fmt};
 use nalgebra::{Matrix6, Point3, Vector3};
 
 use crate::{
-    Fixture, Frame, Noise, Observability, Probe, Proximity, Shape, SolveError, Surface, Touch, TouchError,
+    Fixture, Frame, Freedom, Noise, Observability, Probe, Proximity, Shape, SolveError, Surface, Touch,
+    TouchError,
 };
 
 /// A way to find the frame. Object safe.
@@ -149,6 +150,12 @@ impl<'a> Problem<'a> {
         self.touches.iter().enumerate().filter(move |(_, touch)| touch.surface == surface)
     }
 
+    /// How many unknowns the frame has: six, less what the fixture leaves free.
+    #[must_use]
+    pub fn unknowns(&self) -> usize {
+        6 - self.fixture.freedom().count()
+    }
+
     /// How many touches each surface has, in the fixture's order.
     #[must_use]
     pub fn counts(&self) -> Vec<usize> {
@@ -260,6 +267,9 @@ pub struct Solution {
     pub solver: &'static str,
     /// The fixture's frame in the parent.
     pub frame: Frame,
+    /// What of the frame no touch can tell, by the fixture's nature: as near the parent's axes, or the expected frame,
+    /// as it goes, and without uncertainty.
+    pub freedom: Freedom,
     /// Its covariance; `None` where no sigma is stated and no redundancy estimates one.
     pub covariance: Option<Covariance>,
     /// Per touch, in input order.
@@ -301,6 +311,7 @@ impl Solution {
         Self {
             solver,
             frame,
+            freedom: Freedom::NONE,
             covariance: None,
             residuals,
             rms,
@@ -317,12 +328,23 @@ impl Solution {
     }
 
     /// Squared distance of another frame from this one, in this one's own covariance: chi-square with six degrees of
-    /// freedom for the true frame. `None` where no covariance is stated, or none that is positive.
+    /// freedom for the true frame, less one for each motion that the fixture leaves free and that does not count. `None`
+    /// where no covariance is stated, or none that is positive.
     #[must_use]
     pub fn squared_distance(&self, other: &Frame) -> Option<f64> {
-        let error = self.frame.error_to(other);
-        let cholesky = self.covariance.as_ref()?.matrix.cholesky()?;
-        Some(error.dot(&cholesky.solve(&error)))
+        let mut covariance = self.covariance.as_ref()?.matrix;
+        if self.freedom == Freedom::NONE {
+            let error = self.frame.error_to(other);
+            return Some(error.dot(&covariance.cholesky()?.solve(&error)));
+        }
+        let other = self.freedom.nearest(other, &self.frame);
+        let along_fixture = Frame { rotation: self.frame.rotation.inverse(), ..self.frame };
+        covariance = along_fixture.to_parent_axes(&covariance);
+        for index in (0..6).filter(|index| self.freedom.is_free(*index)) {
+            covariance[(index, index)] = 1.0;
+        }
+        let error = self.freedom.without(&self.frame.twist_to(&other).into());
+        Some(error.dot(&covariance.cholesky()?.solve(&error)))
     }
 }
 
@@ -382,10 +404,10 @@ pub struct RootReport {
 }
 
 /// A dimension as a root measures it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Measure {
     /// Name of the dimension.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Its value: a length, or degrees.
     pub value: f64,
     /// Its standard uncertainty; `None` where no sigma is stated.
@@ -393,10 +415,10 @@ pub struct Measure {
 }
 
 /// An uncertain quantity that was an unknown beside the frame: what was known of it, and what the touches made of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Adjustment {
     /// Name of the dimension, or `tip_radius`.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Its nominal value: a length, or degrees.
     pub nominal: f64,
     /// Standard uncertainty of that.

@@ -4,8 +4,8 @@ use std::{ops::Range, path::Path, sync::Arc};
 
 use nalgebra::{Point3, Unit, Vector3};
 use touchref_core::{
-    Fixture, FixturePlugin, Noise, ParameterError, Parameters, Probe, Registry, Touch, TouchError, Value,
-    Warning,
+    Fault, Fixture, FixturePlugin, Noise, ParameterError, Parameters, Probe, Registry, Touch, TouchError,
+    Value, Warning,
 };
 
 use crate::{Input, InputError, Units, parameter, source::Source, table::TableReader};
@@ -80,8 +80,7 @@ struct Origin {
     source: Source,
     fixture: Range<usize>,
     kind: Range<usize>,
-    /// Name, place of the key, place of the value.
-    parameters: Vec<(String, Range<usize>, Range<usize>)>,
+    parameters: Vec<parameter::Written>,
     /// The surface of each listed touch.
     surfaces: Vec<Range<usize>>,
 }
@@ -205,32 +204,39 @@ impl Measurement {
 
     fn parameter_error(&self, plugin: &FixturePlugin, error: &ParameterError) -> InputError {
         let origin = self.origin.as_deref();
-        let written =
-            origin.and_then(|origin| origin.parameters.iter().find(|(name, ..)| *name == error.name));
-        let described = plugin.parameters.iter().find(|spec| spec.name == error.name);
-        let given = self.parameters.get(&error.name).is_some();
-        let (reason, span, label) = match (described, given) {
-            (None, _) => {
+        let find = |wanted: &str| origin?.parameters.iter().find(|(name, ..)| name == wanted);
+        let written = find(&error.name);
+        // A key of a table, as `radius` of `surface[2]`, is missing there; any other in the fixture.
+        let (table, name) = match error.name.rsplit_once('.') {
+            Some((table, name)) => (find(table).map(|(.., value)| value.clone()), name),
+            None => (origin.map(|origin| origin.fixture.clone()), error.name.as_str()),
+        };
+        let meaning = plugin.parameters.iter().find(|spec| spec.name == error.name).map(|spec| spec.meaning);
+        let (reason, span, label) = match error.fault {
+            Fault::Unknown if table.is_none() || error.name == name => {
                 let span = written.map(|(_, key, _)| key.clone());
-                (
-                    parameter::unknown(&told(plugin), plugin.parameters, &error.name),
-                    span,
-                    "not a parameter of this fixture".to_owned(),
-                )
+                let unknown = parameter::unknown(&told(plugin), plugin.parameters, &error.name);
+                (unknown, span, "not a parameter of this fixture".to_owned())
             }
-            (Some(spec), false) => {
-                let missing = InputError::new("missing-key", error.to_string())
-                    .with_help(format!("add `{} = ...`: {}", spec.name, spec.meaning));
-                (
-                    missing,
-                    origin.map(|origin| origin.fixture.clone()),
-                    format!("`{}` is missing here", spec.name),
-                )
+            Fault::Unknown => {
+                let span = written.map(|(_, key, _)| key.clone());
+                let unknown = InputError::new("unknown-key", error.to_string());
+                (unknown.with_nearest(error.nearest.as_deref()), span, "not a known key".to_owned())
             }
-            (Some(spec), true) => {
+            Fault::Missing => {
+                let missing = InputError::new("missing-key", error.to_string()).with_help(match meaning {
+                    Some(meaning) => format!("add `{name} = ...`: {meaning}"),
+                    None => format!("add `{name} = ...`: {}", error.expected),
+                });
+                (missing, table, format!("`{name}` is missing here"))
+            }
+            Fault::Wrong => {
                 let wrong = InputError::new("invalid-input", error.to_string())
                     .with_nearest(error.nearest.as_deref())
-                    .with_help(format!("{}: {}", spec.name, spec.meaning));
+                    .with_help(match meaning {
+                        Some(meaning) => format!("{name}: {meaning}"),
+                        None => format!("expected {}", error.expected),
+                    });
                 (wrong, written.map(|(.., value)| value.clone()), format!("expected {}", error.expected))
             }
         };

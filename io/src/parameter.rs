@@ -1,14 +1,39 @@
 //! Parameters of plugins from files and from arguments.
 
+use std::ops::Range;
+
 use touchref_core::{
-    ParameterKind, ParameterSpec, Value,
+    ParameterKind, ParameterSpec, Parameters, Value,
     parameters::{nearest, parse},
 };
 
-use crate::{InputError, tree::Content, walk::Field};
+use crate::{
+    InputError,
+    tree::Content,
+    walk::{Field, Table},
+};
 
-/// The value of a parameter in a measurement file, of whatever kind it is; the plugin's description checks it later.
-pub(crate) fn from_field(field: &Field<'_>) -> Result<Value, InputError> {
+/// Where a parameter stands in a file: its name (`surface[2].radius` in a table), its key and its value.
+pub(crate) type Written = (String, Range<usize>, Range<usize>);
+
+/// The parameters in a table, of whatever kinds they are, except the one of the name `without`; the plugin's
+/// description checks them later. Tells in `places` where each stands, its name after `within`.
+pub(crate) fn from_table(
+    table: &Table<'_>,
+    without: &'static str,
+    within: &str,
+    places: &mut Vec<Written>,
+) -> Result<Parameters, InputError> {
+    let mut parameters = Parameters::new();
+    for (entry, field) in table.fields(without) {
+        let name = format!("{within}{}", entry.key);
+        places.push((name.clone(), entry.key_span.clone(), field.node.span.clone()));
+        parameters.set(&entry.key, from_field(&field, &name, places)?);
+    }
+    Ok(parameters)
+}
+
+fn from_field(field: &Field<'_>, name: &str, places: &mut Vec<Written>) -> Result<Value, InputError> {
     match &field.node.content {
         Content::Number(_) | Content::Table(_) => {
             let (value, u) = field.uncertain()?;
@@ -16,10 +41,26 @@ pub(crate) fn from_field(field: &Field<'_>) -> Result<Value, InputError> {
         }
         Content::Text(text) => Ok(Value::from(text.as_str())),
         Content::Flag(flag) => Ok(Value::from(*flag)),
-        Content::List(_) => {
-            let numbers = field.list("a list of numbers")?;
-            let numbers = numbers.iter().map(|number| number.number("a number"));
-            Ok(Value::Numbers(numbers.collect::<Result<_, _>>()?))
+        Content::List(nodes) => {
+            let elements = field.list("a list")?;
+            match nodes.first().map(|first| &first.content) {
+                Some(Content::Table(_)) => {
+                    let tables = elements.iter().enumerate().map(|(index, element)| {
+                        let within = format!("{name}[{index}]");
+                        places.push((within.clone(), element.node.span.clone(), element.node.span.clone()));
+                        from_table(&element.table()?, "", &format!("{within}."), places)
+                    });
+                    Ok(Value::Tables(tables.collect::<Result<_, _>>()?))
+                }
+                Some(Content::Text(_)) => {
+                    let words = elements.iter().map(|word| word.text().map(str::to_owned));
+                    Ok(Value::Words(words.collect::<Result<_, _>>()?))
+                }
+                _ => {
+                    let numbers = elements.iter().map(|number| number.number("a number"));
+                    Ok(Value::Numbers(numbers.collect::<Result<_, _>>()?))
+                }
+            }
         }
         Content::Other(what) => {
             Err(field.wrong(what, "a number, a string, a truth value or a list of numbers"))

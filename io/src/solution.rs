@@ -31,6 +31,9 @@ pub struct SolutionRecord {
     pub probe: ProbeRecord,
     /// The fixture's frame in the parent.
     pub frame: FrameRecord,
+    /// Motions along and about the frame's own axes that the fixture leaves free, by name; left out where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub free: Vec<String>,
     /// The touches in input order, with their residuals.
     pub touches: Vec<ResidualRecord>,
     /// Root mean square of the residuals.
@@ -88,6 +91,7 @@ impl SolutionRecord {
             units: context.units.name().to_owned(),
             probe: ProbeRecord::from(context.probe),
             frame: FrameRecord::from(&solution.frame),
+            free: solution.freedom.names().map(str::to_owned).collect(),
             touches: touches
                 .map(|(index, (residual, touch))| ResidualRecord::new(index, touch, residual))
                 .collect(),
@@ -125,9 +129,12 @@ impl FixtureRecord {
     /// The record of a fixture.
     #[must_use]
     pub fn new(kind: &str, parameters: &Parameters) -> Self {
-        let parameters = parameters.iter().map(|(name, value)| (name.to_owned(), parameter(value))).collect();
-        Self { kind: kind.to_owned(), parameters }
+        Self { kind: kind.to_owned(), parameters: self::parameters(parameters) }
     }
+}
+
+fn parameters(parameters: &Parameters) -> serde_json::Map<String, serde_json::Value> {
+    parameters.iter().map(|(name, value)| (name.to_owned(), parameter(value))).collect()
 }
 
 fn parameter(value: &Value) -> serde_json::Value {
@@ -137,6 +144,8 @@ fn parameter(value: &Value) -> serde_json::Value {
         Value::Numbers(values) => values.clone().into(),
         Value::Word(word) => word.clone().into(),
         Value::Flag(flag) => (*flag).into(),
+        Value::Words(words) => words.clone().into(),
+        Value::Tables(tables) => tables.iter().map(parameters).collect::<Vec<_>>().into(),
         _ => serde_json::Value::Null,
     }
 }
@@ -239,7 +248,7 @@ pub struct RootRecord {
 impl From<&RootReport> for RootRecord {
     fn from(root: &RootReport) -> Self {
         let by_name = |number: fn(&Measure) -> Option<f64>| {
-            root.measures.iter().map(|measure| (measure.name.to_owned(), number(measure).into())).collect()
+            root.measures.iter().map(|measure| (measure.name.to_string(), number(measure).into())).collect()
         };
         Self {
             frame: FrameRecord::from(&root.frame),
@@ -272,7 +281,7 @@ pub struct AdjustmentRecord {
 impl From<&Adjustment> for AdjustmentRecord {
     fn from(adjustment: &Adjustment) -> Self {
         Self {
-            name: adjustment.name.to_owned(),
+            name: adjustment.name.to_string(),
             nominal: finite(adjustment.nominal),
             nominal_u: finite(adjustment.nominal_u),
             value: finite(adjustment.value),
@@ -353,7 +362,7 @@ fn limit_name(limit: Limit) -> &'static str {
 /// What the touches see.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObservabilityRecord {
-    /// How many of the six motions the touches determine.
+    /// How many motions the touches determine.
     pub rank: usize,
     /// Largest over smallest singular value; `null` when infinite.
     pub condition: Option<f64>,

@@ -143,6 +143,19 @@ fn value_text(value: &Value) -> String {
         Value::Numbers(values) => list(values.iter().copied()),
         Value::Word(word) => quoted(word),
         Value::Flag(flag) => flag.to_string(),
+        Value::Words(words) => {
+            format!("[{}]", words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(", "))
+        }
+        Value::Tables(tables) => {
+            let pairs = |table: &Parameters| {
+                table
+                    .iter()
+                    .map(|(name, value)| format!("{name} = {}", value_text(value)))
+                    .collect::<Vec<_>>()
+            };
+            let tables = tables.iter().map(|table| format!("\n    {{ {} }},", pairs(table).join(", ")));
+            format!("[{}\n]", tables.collect::<String>())
+        }
         _ => quoted("?"),
     }
 }

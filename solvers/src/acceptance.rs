@@ -4,17 +4,19 @@
 //! the problem's sigmas at which each gives way: the frame stands between [`Bounds::from`] and the least of the
 //! others. The same bounds decide at a stated noise (factor one) and answer conditionally where none is stated.
 
-use nalgebra::{Matrix6, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 use touchref_core::{
-    Covariance, Frame, Limit, Observability, ParameterKind, ParameterSpec, Parameters, Problem, Refusal,
-    Residual, RootReport, SecondMinimum, SigmaSource, Solution, SolveError, Trust, Twist, Warning,
+    ClosedForm, Covariance, Fixture, Frame, Freedom, Limit, Observability, ParameterKind, ParameterSpec,
+    Parameters, Problem, Refusal, Residual, RootReport, SecondMinimum, SigmaSource, Solution, SolveError,
+    Trust, Twist, Warning,
     error::Degenerate,
     observability::weakest_motion,
     statistics::{Level, chi_square_p_value},
 };
 
 use crate::{
-    levenberg_marquardt::descend_unless,
+    cover::Cover,
+    levenberg_marquardt::{Descent, STEPS, descend_unless, settle},
     model::{Model, SquareRoot, Unknowns},
     words::short,
 };
@@ -115,46 +117,158 @@ impl Minimum {
     }
 }
 
+/// Where minima are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Search {
+    /// Where the fixture says that there may be some, as far as it has a closed form; else everywhere.
+    Fixture,
+    /// Everywhere, whatever the fixture knows.
+    Everywhere,
+}
+
+impl Search {
+    /// The closed form that leads the search, if one does.
+    pub(crate) fn by<'a>(self, problem: &Problem<'a>) -> Option<&'a dyn ClosedForm> {
+        problem.fixture().closed_form().filter(|_| self == Self::Fixture)
+    }
+}
+
 /// Every minimum found, lowest first, and the noise up to which the search claims to be complete.
 struct Survey<const P: usize> {
     minima: Vec<(Minimum, SquareRoot<P>)>,
     complete_up_to: f64,
 }
 
-/// Descends from every candidate that the fixture knows at `noise` times the problem's sigmas.
-fn survey<const P: usize>(model: &Model<'_, P>, noise: f64) -> Result<Survey<P>, SolveError> {
+/// Descends from every candidate that the fixture knows at `noise` times the problem's sigmas, or from everywhere.
+fn survey<const P: usize>(
+    model: &Model<'_, P>,
+    closed_form: Option<&dyn ClosedForm>,
+    noise: f64,
+) -> Result<Survey<P>, SolveError> {
     let problem = model.problem;
-    let size = problem.fixture().size();
-    let mut minima: Vec<(Minimum, SquareRoot<P>)> = Vec::new();
     // A search far beyond the noise tells minima apart no worse.
-    let apart = noise.min(1.0);
-    let mut visit = |start: Frame| {
-        let known = |state: &Unknowns, chi_square: f64| {
-            minima.iter().any(|(m, _)| m.is_basin_of(&state.frame, chi_square, size, apart))
-        };
-        let Some(end) = descend_unless(model, Unknowns::at(start), known) else { return };
-        if !end.chi_square().is_finite() || minima.iter().any(|(m, _)| m.is_at(&end.at.frame, size, apart)) {
-            return;
-        }
-        let root = model.square_root(&end.at);
-        let minimum = Minimum {
-            state: end.at,
-            steps: end.steps,
-            chi_square: end.chi_square(),
-            information: root.of_frame(),
-            objection: objection(problem, &end.at.frame),
-        };
-        minima.push((minimum, root));
-    };
+    let mut minima = Minima { model, apart: noise.min(1.0), found: Vec::new() };
     if let Some(near) = problem.expected_near() {
-        visit(*near);
+        minima.visit(near);
     }
-    let complete_up_to = match problem.fixture().closed_form() {
-        Some(closed_form) => closed_form.candidates(problem, noise, &mut visit)?,
-        None => 0.0,
+    let complete_up_to = match closed_form {
+        Some(closed_form) => closed_form.candidates(problem, noise, &mut |start| minima.visit(&start))?,
+        None => {
+            minima.visit_everything();
+            f64::INFINITY
+        }
     };
+    let mut minima = minima.found;
     minima.sort_by(|(a, _), (b, _)| a.chi_square.total_cmp(&b.chi_square));
     Ok(Survey { minima, complete_up_to })
+}
+
+/// Minima as they are found.
+struct Minima<'a, 'p, const P: usize> {
+    model: &'a Model<'p, P>,
+    /// In which noise, in the problem's sigmas, they are told apart.
+    apart: f64,
+    found: Vec<(Minimum, SquareRoot<P>)>,
+}
+
+impl<const P: usize> Minima<'_, '_, P> {
+    /// Descends from a start, and keeps the minimum if it is new.
+    fn visit(&mut self, start: &Frame) {
+        let Some(descent) = self.descend(start, |_| self.apart) else { return };
+        if descent.chi_square().is_finite() && !self.knows(&descent.at, |_| self.apart) {
+            self.keep(descent.at, descent.chi_square(), descent.steps);
+        }
+    }
+
+    /// Descends from a cover of all frames, ever denser until it finds nothing new.
+    ///
+    /// Most minima from there fit so badly that residuals bend the misfit more than the Jacobian tells, and a descent ends
+    /// in one only to a part of its misfit: Newton's method settles it.
+    fn visit_everything(&mut self) {
+        /// In parts of its misfit: how near a minimum gives up a descent, and how near are ends of descents to the same.
+        const BASIN: f64 = 0.1;
+        const END: f64 = 1.0;
+        /// Ends that do not settle: of more, those as low as the lowest are taken to lie in one valley.
+        const MANY: usize = 20;
+        let (mut valley, mut unsettled): (Option<Descent<P>>, usize) = (None, 0);
+        let cover = Cover::of(self.model.problem);
+        let apart = self.apart;
+        let within = |part: f64| move |minimum: &Minimum| apart.max(part * minimum.chi_square.sqrt());
+        // In squared misfit; where no sigma is stated, that is a length squared.
+        let as_low = apart.max(SAME_PLACE * self.model.problem.fixture().size()).powi(2);
+        for starts in Cover::rounds() {
+            let before = self.found.len();
+            for start in cover.starts(starts) {
+                let Some(descent) = self.descend(&start, within(BASIN)) else { continue };
+                let chi_square = descent.chi_square();
+                let in_valley = unsettled > MANY
+                    && valley.is_some_and(|lowest| (chi_square - lowest.chi_square()).abs() < as_low);
+                if in_valley || self.knows(&descent.at, within(END)) {
+                    continue;
+                }
+                match settle(self.model, descent.at) {
+                    Some(at) if !self.knows(&at, |_| apart) => {
+                        self.keep(at, self.model.chi_square(&at), descent.steps);
+                    }
+                    // A motion is free there; of a valley's many ends the lowest tells enough. But a descent that has
+                    // run out of steps crawls where nothing fits.
+                    None if descent.steps < STEPS => {
+                        unsettled += 1;
+                        if valley.is_none_or(|lowest| chi_square < lowest.chi_square()) {
+                            valley = Some(descent);
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            if self.found.len() == before {
+                break;
+            }
+        }
+        if let Some(lowest) = valley {
+            self.keep(lowest.at, lowest.chi_square(), lowest.steps);
+        }
+    }
+
+    /// Descends from a start, unless that leads into the basin of a known minimum: `within` so many of the problem's
+    /// sigmas.
+    fn descend(&self, start: &Frame, within: impl Fn(&Minimum) -> f64) -> Option<Descent<P>> {
+        let size = self.model.problem.fixture().size();
+        let arrived = |state: &Unknowns, chi_square: f64| {
+            let frame = standing(self.model.problem, state.frame);
+            self.found.iter().any(|(m, _)| m.is_basin_of(&frame, chi_square, size, within(m)))
+        };
+        descend_unless(self.model, Unknowns::at(*start), arrived)
+    }
+
+    /// Whether this is a known minimum, told apart at so many of the problem's sigmas.
+    fn knows(&self, at: &Unknowns, apart: impl Fn(&Minimum) -> f64) -> bool {
+        let size = self.model.problem.fixture().size();
+        let frame = standing(self.model.problem, at.frame);
+        self.found.iter().any(|(m, _)| m.is_at(&frame, size, apart(m)))
+    }
+
+    fn keep(&mut self, state: Unknowns, chi_square: f64, steps: usize) {
+        let state = Unknowns { frame: standing(self.model.problem, state.frame), ..state };
+        let root = self.model.square_root(&state);
+        let objection = objection(self.model.problem, &state.frame);
+        let minimum = Minimum { state, steps, chi_square, information: root.of_frame(), objection };
+        self.found.push((minimum, root));
+    }
+}
+
+/// The frame, moved as the fixture leaves it free: nearest the expected frame, else the parent's axes at the middle of the
+/// touches.
+#[inline]
+pub(crate) fn standing(problem: &Problem<'_>, frame: Frame) -> Frame {
+    let freedom = problem.fixture().freedom();
+    if freedom == Freedom::NONE {
+        return frame;
+    }
+    let touches = problem.touches();
+    let middle = touches.iter().map(|touch| touch.at.coords).sum::<Vector3<f64>>() / touches.len() as f64;
+    let by_axes = || Frame::parallel_at(middle.into());
+    freedom.nearest(&frame, &problem.expected_near().copied().unwrap_or_else(by_axes))
 }
 
 /// What speaks against a frame: a touch whose approach comes out of the material, or the fixture's own objection.
@@ -230,9 +344,9 @@ pub(crate) struct Judgement {
     pub(crate) observability: Observability,
 }
 
-/// Degrees of freedom: touches less the frame's six. A prior adds an observation and an unknown.
+/// Degrees of freedom: touches less the frame's unknowns. A prior adds an observation and an unknown.
 pub(crate) fn degrees_of_freedom(problem: &Problem<'_>) -> usize {
-    problem.touches().len().saturating_sub(6)
+    problem.touches().len().saturating_sub(problem.unknowns())
 }
 
 impl Judgement {
@@ -241,28 +355,41 @@ impl Judgement {
     /// # Errors
     /// [`SolveError::Degenerate`] where a motion is free at the best minimum, [`SolveError::InvalidTouches`] where the
     /// touches contradict the fixture.
-    pub(crate) fn of<const P: usize>(model: &Model<'_, P>, margin: Margin) -> Result<Self, SolveError> {
+    pub(crate) fn of<const P: usize>(
+        model: &Model<'_, P>,
+        search: Search,
+        margin: Margin,
+    ) -> Result<Self, SolveError> {
         /// Rounds in which the noise to search at settles where none is stated.
         const ROUNDS: usize = 4;
-        if model.problem.reference_sigma().is_some() {
+        let known = model.problem.reference_sigma().is_some();
+        let Some(closed_form) = search.by(model.problem) else {
+            // What does not look at the noise finds no more in a second search.
+            return Self::at_noise(model, None, if known { 1.0 } else { 0.0 }, Margin::Full);
+        };
+        if known {
             if margin == Margin::Near {
-                return Self::at_noise(model, NEAR, margin);
+                return Self::at_noise(model, Some(closed_form), NEAR, margin);
             }
-            let judgement = Self::at_noise(model, 1.0, margin)?;
+            let judgement = Self::at_noise(model, Some(closed_form), 1.0, margin)?;
             let (bound, limit) = judgement.bounds.of_frame();
             let stands = judgement.bounds.from <= 1.0 && judgement.bounds.up_to().0 > 1.0;
             // The margin is a claim of its own: search where it ends, too.
-            return if stands { judgement.searched_at(model, bound.min(FULL), limit) } else { Ok(judgement) };
+            return if stands {
+                judgement.searched_at(model, closed_form, bound.min(FULL), limit)
+            } else {
+                Ok(judgement)
+            };
         }
         // The search for candidates depends on the noise, and the noise up to which the frame stands on the
         // candidates: from none upward, then down to where both agree.
-        let mut judgement = Self::at_noise(model, 0.0, Margin::Full)?;
+        let mut judgement = Self::at_noise(model, Some(closed_form), 0.0, Margin::Full)?;
         for _ in 0..ROUNDS {
             let (bound, limit) = judgement.bounds.up_to();
             if !bound.is_finite() {
                 break;
             }
-            judgement = judgement.searched_at(model, bound, limit)?;
+            judgement = judgement.searched_at(model, closed_form, bound, limit)?;
             if judgement.bounds.up_to() == (bound, limit) {
                 break;
             }
@@ -275,10 +402,11 @@ impl Judgement {
     fn searched_at<const P: usize>(
         self,
         model: &Model<'_, P>,
+        closed_form: &dyn ClosedForm,
         noise: f64,
         limit: Limit,
     ) -> Result<Self, SolveError> {
-        let mut next = Self::at_noise(model, noise, Margin::Full)?;
+        let mut next = Self::at_noise(model, Some(closed_form), noise, Margin::Full)?;
         if next.bounds.of_frame().0 > self.bounds.of_frame().0 {
             // Nothing new: the bound found before stands, for its own reason.
             *next.bounds.of(limit) = self.bounds.of_frame().0;
@@ -288,11 +416,12 @@ impl Judgement {
 
     fn at_noise<const P: usize>(
         model: &Model<'_, P>,
+        closed_form: Option<&dyn ClosedForm>,
         noise: f64,
         margin: Margin,
     ) -> Result<Self, SolveError> {
         let problem = model.problem;
-        let Survey { minima, complete_up_to } = survey(model, noise)?;
+        let Survey { minima, complete_up_to } = survey(model, closed_form, noise)?;
         let (minima, roots): (Vec<Minimum>, Vec<SquareRoot<P>>) = minima.into_iter().unzip();
         let standing: Vec<usize> = (0..minima.len()).filter(|i| minima[*i].objection.is_none()).collect();
         // Where something speaks against every minimum, weigh them all the same: the refusal says why.
@@ -306,7 +435,7 @@ impl Judgement {
 
         let (best, root) = (&minima[chosen], &roots[chosen]);
         let frame = best.state.frame;
-        let weakest = Weakest::of(&best.information, problem.fixture().size());
+        let weakest = Weakest::of(&best.information, problem.fixture());
         let observability = Observability::from_singular_values(
             problem.fixture(),
             &frame,
@@ -371,8 +500,8 @@ pub(crate) struct Weakest {
 }
 
 impl Weakest {
-    pub(crate) fn of(information: &Matrix6<f64>, size: f64) -> Self {
-        let (singular_values, twist) = weakest_motion(information, size);
+    pub(crate) fn of(information: &Matrix6<f64>, fixture: &dyn Fixture) -> Self {
+        let (singular_values, twist) = weakest_motion(information, fixture.size(), fixture.freedom());
         Self { singular_values, twist }
     }
 
@@ -438,12 +567,17 @@ pub(crate) fn curvature_bound(curvature: f64) -> f64 {
 }
 
 /// A free motion at a frame, told as a refusal.
-pub(crate) fn degenerate(observability: &Observability, shown: (&'static str, f64, f64)) -> SolveError {
+pub(crate) fn degenerate(
+    problem: &Problem<'_>,
+    observability: &Observability,
+    shown: (&'static str, f64, f64),
+) -> SolveError {
+    let unknowns = problem.unknowns();
     let (quantity, value, bound) = shown;
     SolveError::Degenerate(Box::new(Degenerate {
         // A motion may be seen, but worse than the noise lets it be told.
-        rank: observability.rank.min(5),
-        unknowns: 6,
+        rank: observability.rank.min(unknowns - 1),
+        unknowns,
         quantity,
         value,
         bound,
@@ -518,6 +652,7 @@ impl Account<'_, '_> {
         let observability = self.judgement.observability.clone();
         let mut solution = Solution::new(solver, frame, residuals.collect(), self.trust(), observability);
         solution.degrees_of_freedom = degrees;
+        solution.freedom = self.problem.fixture().freedom();
         if known.is_some() {
             solution.chi_square = Some(chi_square);
             solution.p_value = chi_square_p_value(chi_square, degrees);
@@ -574,6 +709,17 @@ impl Account<'_, '_> {
             );
         }
         let touches = self.problem.touches();
+        let freedom = self.problem.fixture().freedom();
+        if freedom != Freedom::NONE {
+            let names = freedom.names().collect::<Vec<_>>().join(", ");
+            warn(
+                "free-motion",
+                format!(
+                    "the fixture leaves {names} free (along its own axes): the frame stands there as near the parent's axes \
+                     or the expected frame as it goes, and its covariance says nothing of it"
+                ),
+            );
+        }
         match degrees {
             0 => warn(
                 "low-redundancy",
@@ -648,7 +794,7 @@ impl Account<'_, '_> {
         if self.judgement.weakest_sd * noise > FREE && seen.condition > WEAK {
             let sd = self.judgement.weakest_sd * noise;
             let shown = ("its standard deviation in parts of the fixture's size", sd, FREE);
-            return Some(degenerate(seen, shown));
+            return Some(degenerate(self.problem, seen, shown));
         }
         let stated = if known { "the stated" } else { "the smallest consistent" };
         let sigma = short(noise * self.unit());

@@ -18,8 +18,8 @@ use touchref_core::{
 
 use crate::{
     acceptance::{
-        self, Account, Bounds, Found, INCONSISTENT, Judgement, Margin, Weakest, curvature_bound, degenerate,
-        degrees_of_freedom, rank_lost, rise_bound,
+        self, Account, Bounds, Found, INCONSISTENT, Judgement, Margin, Search, Weakest, curvature_bound,
+        degenerate, degrees_of_freedom, rank_lost, rise_bound,
     },
     levenberg_marquardt::{descend, polish},
     model::{Extra, Model, Quantity, SquareRoot, Unknowns, uncertain, with_unknowns},
@@ -72,7 +72,7 @@ impl Solver for ClosedFormSolver {
         let free = free_extras(closed_form, &known);
         with_unknowns!(known.len(), P => {
             let model = Model::<P>::new(problem, &known);
-            let judgement = Judgement::of(&model, self.margin)?;
+            let judgement = Judgement::of(&model, Search::Fixture, self.margin)?;
             choose(problem, closed_form, &model, judgement, &free, &roots)
         })
     }
@@ -219,8 +219,8 @@ impl<const F: usize> Choice<'_, '_, F> {
         const NEAR: f64 = 0.1;
         let fixture = self.problem.fixture();
         let seen = &self.judgement.observability;
-        if seen.rank < 6 {
-            return Err(degenerate(seen, rank_lost(seen)));
+        if seen.rank < self.problem.unknowns() {
+            return Err(degenerate(self.problem, seen, rank_lost(seen)));
         }
         // A singular layout is met exactly at its double root, where the descent under the known geometry only comes
         // near it.
@@ -232,8 +232,8 @@ impl<const F: usize> Choice<'_, '_, F> {
             let known = self.known.information(&frame);
             for information in [known, estimate.root.of_frame()] {
                 let seen = Observability::from_square_root(fixture, &frame, &information);
-                if seen.rank < 6 {
-                    return Err(degenerate(&seen, rank_lost(&seen)));
+                if seen.rank < self.problem.unknowns() {
+                    return Err(degenerate(self.problem, &seen, rank_lost(&seen)));
                 }
             }
         }
@@ -271,7 +271,7 @@ impl<const F: usize> Choice<'_, '_, F> {
         }
         let curvature = self.model.curvature(&estimate.state, &estimate.root);
         bounds.curvature = bounds.curvature.min(curvature_bound(curvature));
-        let weakest = Weakest::of(&estimate.root.of_frame(), self.problem.fixture().size());
+        let weakest = Weakest::of(&estimate.root.of_frame(), self.problem.fixture());
         let at = (&estimate.state, self.model.chi_square(&estimate.state));
         let rise = rise_bound(&self.model, at, &estimate.root, &weakest, bounds.up_to().0);
         bounds.rise = bounds.rise.min(rise);
@@ -287,7 +287,7 @@ impl<const F: usize> Choice<'_, '_, F> {
                 let scale = scale_of(dimensions[*m].quantity);
                 let u = estimate.covariance.as_ref().map(|c| c[(k, k)].max(0.0).sqrt() * scale);
                 let u = u.filter(|u| known && u.is_finite());
-                Measure { name: dimensions[*m].name, value: estimate.measures[k] * scale, u }
+                Measure { name: dimensions[*m].name.clone(), value: estimate.measures[k] * scale, u }
             })
             .collect()
     }

@@ -17,7 +17,8 @@ use touchref_core::{
 
 use crate::{
     acceptance::{
-        self, Account, Found, Judgement, Margin, Minimum, degenerate, degrees_of_freedom, rank_lost,
+        self, Account, Found, Judgement, Margin, Minimum, Search, degenerate, degrees_of_freedom, rank_lost,
+        standing,
     },
     levenberg_marquardt::linear_minimum,
     model::{Model, Quantity, SquareRoot, Unknowns, uncertain, with_unknowns},
@@ -59,21 +60,33 @@ impl Solver for LeastSquares {
     }
 
     fn solve(&self, problem: &Problem<'_>) -> Result<Solution, SolveError> {
-        if problem.expected_near().is_none() {
-            problem.require_enough()?;
-        }
-        let extras = uncertain(problem);
-        with_unknowns!(extras.len(), P => {
-            let model = Model::<P>::new(problem, &extras);
-            let judgement = Judgement::of(&model, self.margin)?;
-            Answer { problem, model, judgement }.settle()
-        })
+        solve(PLUGIN.name, problem, Search::Fixture, self.margin)
     }
+}
+
+/// The lowest minimum of a search, if it stands; for the solver of this name.
+pub(crate) fn solve(
+    solver: &'static str,
+    problem: &Problem<'_>,
+    search: Search,
+    margin: Margin,
+) -> Result<Solution, SolveError> {
+    if problem.expected_near().is_none() {
+        problem.require_enough()?;
+    }
+    let extras = uncertain(problem);
+    with_unknowns!(extras.len(), P => {
+        let model = Model::<P>::new(problem, &extras);
+        let judgement = Judgement::of(&model, search, margin)?;
+        Answer { solver, problem, search, model, judgement }.settle()
+    })
 }
 
 /// The verdict on the minima, to be told.
 struct Answer<'a, 'p, const P: usize> {
+    solver: &'static str,
     problem: &'a Problem<'p>,
+    search: Search,
     model: Model<'a, P>,
     judgement: Judgement,
 }
@@ -81,8 +94,8 @@ struct Answer<'a, 'p, const P: usize> {
 impl<const P: usize> Answer<'_, '_, P> {
     fn settle(self) -> Result<Solution, SolveError> {
         let seen = &self.judgement.observability;
-        if seen.rank < 6 {
-            return Err(degenerate(seen, rank_lost(seen)));
+        if seen.rank < self.problem.unknowns() {
+            return Err(degenerate(self.problem, seen, rank_lost(seen)));
         }
         let bounds = self.judgement.bounds;
         let account = Account { problem: self.problem, judgement: &self.judgement, bounds };
@@ -90,7 +103,8 @@ impl<const P: usize> Answer<'_, '_, P> {
             return Err(refusal);
         }
         let best = self.judgement.best();
-        let Ended { at, chi_square, root, mut iteration } = execute(&self.model, &best.state)?;
+        let Ended { mut at, chi_square, root, mut iteration } = execute(&self.model, &best.state)?;
+        at.frame = standing(self.problem, at.frame);
         iteration.steps += best.steps;
         let found = Found {
             frame: at.frame,
@@ -98,7 +112,7 @@ impl<const P: usize> Answer<'_, '_, P> {
             chi_square,
             covariance: root.frame_covariance(&at.frame),
         };
-        let mut solution = account.solution(PLUGIN.name, found);
+        let mut solution = account.solution(self.solver, found);
         solution.adjustments = self.adjustments(&at, &root);
         solution.iteration = Some(iteration);
         solution.roots = self.reports(true);
@@ -114,10 +128,10 @@ impl<const P: usize> Answer<'_, '_, P> {
         let told = self.model.extras().iter().enumerate().filter_map(|(k, extra)| {
             let (name, nominal, scale) = match extra.what {
                 Quantity::Dimension(index) => {
-                    let dimension = self.problem.fixture().dimensions()[index];
-                    (dimension.name, dimension.value, scale_of(dimension.quantity))
+                    let dimension = &self.problem.fixture().dimensions()[index];
+                    (dimension.name.clone(), dimension.value, scale_of(dimension.quantity))
                 }
-                Quantity::TipRadius => ("tip_radius", self.problem.probe().tip_radius, 1.0),
+                Quantity::TipRadius => (Cow::Borrowed("tip_radius"), self.problem.probe().tip_radius, 1.0),
             };
             Some(Adjustment {
                 name,
@@ -133,12 +147,7 @@ impl<const P: usize> Answer<'_, '_, P> {
     /// Every real root, how far it is from the known geometry, and which one leads to the frame. More touches than the
     /// equations have unknowns have no roots: then every minimum that was weighed.
     fn reports(&self, accepted: bool) -> Vec<RootReport> {
-        let mut reports = self.of_roots().unwrap_or_else(|| {
-            let minima = self.judgement.minima.iter();
-            let told =
-                |m: &Minimum| self.report(m.state.frame, m.chi_square, m.objection.clone(), Vec::new());
-            minima.map(told).collect()
-        });
+        let mut reports = self.of_roots().unwrap_or_else(|| self.of_minima());
         reports.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut reports: Vec<RootReport> = reports.into_iter().map(|(_, report)| report).collect();
         if accepted && let Some(nearest) = self.nearest(&reports) {
@@ -151,7 +160,7 @@ impl<const P: usize> Answer<'_, '_, P> {
 
     /// The real roots with their squared misfits under the known geometry, to first order.
     fn of_roots(&self) -> Option<Vec<(f64, RootReport)>> {
-        let closed_form = self.problem.fixture().closed_form()?;
+        let closed_form = self.search.by(self.problem)?;
         let measured = closed_form.measured();
         if self.problem.touches().len() > 6 + measured.len() {
             return None;
@@ -162,8 +171,9 @@ impl<const P: usize> Answer<'_, '_, P> {
         let _ = closed_form.roots(self.problem, &mut |root| {
             if root.kind == RootKind::Real {
                 let measures = measured.iter().zip(root.measures).map(|(index, value)| {
-                    let dimension = dimensions[*index];
-                    Measure { name: dimension.name, value: value * scale_of(dimension.quantity), u: None }
+                    let dimension = &dimensions[*index];
+                    let value = value * scale_of(dimension.quantity);
+                    Measure { name: dimension.name.clone(), value, u: None }
                 });
                 let misfit = linear_minimum(&self.model, &Unknowns::at(root.frame));
                 let objection = acceptance::objection(self.problem, &root.frame);
@@ -171,6 +181,27 @@ impl<const P: usize> Answer<'_, '_, P> {
             }
         });
         Some(reports)
+    }
+
+    /// Every minimum that was weighed, and how far it is from the best.
+    fn of_minima(&self) -> Vec<(f64, RootReport)> {
+        let best = self.judgement.best();
+        let told = |minimum: &Minimum| {
+            let frame = minimum.state.frame;
+            let (misfit, mut report) =
+                self.report(frame, minimum.chi_square, minimum.objection.clone(), Vec::new());
+            if !std::ptr::eq(minimum, best) {
+                let twist = best.state.frame.twist_to(&frame);
+                report.reason = Cow::Owned(format!(
+                    "{}; {} and {} degrees from the best",
+                    report.reason,
+                    short(twist.translation.norm()),
+                    short(twist.rotation.norm().to_degrees())
+                ));
+            }
+            (misfit, report)
+        };
+        self.judgement.minima.iter().map(told).collect()
     }
 
     /// A frame that the touches may mean, and its squared misfit.
@@ -197,7 +228,7 @@ impl<const P: usize> Answer<'_, '_, P> {
 
     /// What the root nearest the known geometry says of the dimensions, for a refusal.
     fn hint(&self) -> String {
-        let Some(closed_form) = self.problem.fixture().closed_form() else { return String::new() };
+        let Some(closed_form) = self.search.by(self.problem) else { return String::new() };
         let mut best: Option<(f64, Root)> = None;
         let _ = closed_form.roots(self.problem, &mut |root| {
             if root.kind == RootKind::Real {

@@ -263,6 +263,45 @@ pub(crate) fn polish<const P: usize>(model: &Model<'_, P>, from: Unknowns) -> (U
     (at, root)
 }
 
+/// The minimum near where a descent ended, however large its residuals, by Newton's method; `None` where there is none, as
+/// on a saddle or in a valley.
+pub(crate) fn settle<const P: usize>(model: &Model<'_, P>, from: Unknowns) -> Option<Unknowns> {
+    /// Damping where none does not lead downhill, and the factor by which it grows and falls.
+    const DAMPING: f64 = 1e-3;
+    const GROWTH: f64 = 10.0;
+    /// Of a step after which the next would be below rounding.
+    const SETTLED: f64 = 1e-8;
+    /// Second derivatives that this part of the diagonal turns singular are flat: the square of a motion's rank tolerance,
+    /// and what rounding leaves of it.
+    const FLAT: f64 = 1e-10;
+    /// A curved valley takes hundreds.
+    const STEPS: usize = 1000;
+    let (mut at, mut damping) = (from, 0.0);
+    let mut newton = model.newton_equations(&at);
+    for _ in 0..STEPS {
+        let step = damped_step(&newton, damping).map(|step| (model.length(&step), at.moved(&step)));
+        if let Some((length, next)) = step
+            && let after = model.newton_equations(&next)
+            && (after.chi_square <= newton.chi_square || length <= SETTLED)
+        {
+            (at, newton) = (next, after);
+            if length <= SETTLED {
+                damped_step(&newton, -FLAT)?;
+                if damping == 0.0 {
+                    return Some(at);
+                }
+            }
+            damping = if damping > DAMPING && length > SETTLED { damping / GROWTH } else { 0.0 };
+        } else {
+            damping = DAMPING.max(damping * GROWTH);
+            if damping > MOST_DAMPING {
+                return None;
+            }
+        }
+    }
+    None
+}
+
 /// Length of a step: lengths in parts of the fixture's size (extras count as lengths), plus radians.
 #[inline]
 fn length_of<const P: usize>(step: &[f64; P], size: f64) -> f64 {

@@ -24,7 +24,9 @@
 
 pub(crate) mod acceptance;
 pub mod closed_form;
+pub(crate) mod cover;
 pub mod element;
+pub mod global;
 pub mod least_squares;
 pub(crate) mod levenberg_marquardt;
 pub(crate) mod model;
@@ -35,9 +37,10 @@ use touchref_core::SolverPlugin;
 
 pub use acceptance::Margin;
 pub use closed_form::ClosedFormSolver;
+pub use global::Global;
 pub use least_squares::LeastSquares;
 pub use model::{Extra, MAX_EXTRAS, Quantity, Unknowns, uncertain};
 pub use refinement::refine;
 
 /// Every solver of this crate, for programs whose linker drops what was registered.
-pub static ALL: &[&SolverPlugin] = &[&closed_form::PLUGIN, &least_squares::PLUGIN];
+pub static ALL: &[&SolverPlugin] = &[&closed_form::PLUGIN, &global::PLUGIN, &least_squares::PLUGIN];

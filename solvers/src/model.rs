@@ -6,7 +6,7 @@
 //! the last six rows and columns are then that of the frame alone, the extras marginalised.
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
-use touchref_core::{Contact, Frame, MAX_DIMENSIONS, Noise, Problem, Shape, Twist};
+use touchref_core::{Contact, Frame, Freedom, MAX_DIMENSIONS, Noise, Problem, Shape, Twist};
 
 /// Runs `$body` for `$i` from zero to the constant `$count`, each time with a constant `$i`: the compiler leaves loops of
 /// this size rolled, and their triangular inner loops with them.
@@ -97,6 +97,8 @@ pub(crate) struct Model<'a, const P: usize> {
     extras: &'a [Extra],
     /// Nominal values of the fixture's dimensions, where some of them are unknowns.
     nominal: Option<[f64; MAX_DIMENSIONS]>,
+    /// Motions of the frame that are no unknowns.
+    freedom: Freedom,
 }
 
 /// One whitened observation: residual and gradient over standard deviation.
@@ -153,7 +155,7 @@ impl<'a, const P: usize> Model<'a, P> {
             }
             values
         });
-        Self { problem, extras, nominal }
+        Self { problem, extras, nominal, freedom: problem.fixture().freedom() }
     }
 
     pub(crate) fn extras(&self) -> &'a [Extra] {
@@ -240,7 +242,20 @@ impl<'a, const P: usize> Model<'a, P> {
         if let Noise::Covariance(covariance) = &self.problem.touches()[index].noise {
             self.let_sigma_vary(&mut row, state, index, &contact, covariance);
         }
+        if self.freedom != Freedom::NONE {
+            self.leave_free(&mut row.gradient);
+        }
         row
+    }
+
+    /// Of a gradient over all unknowns, what the fixture leaves free: nothing but rounding.
+    #[cold]
+    fn leave_free(&self, gradient: &mut [f64; P]) {
+        for (k, slope) in gradient[P - 6..].iter_mut().enumerate() {
+            if self.freedom.is_free(k) {
+                *slope = 0.0;
+            }
+        }
     }
 
     /// A touch with a covariance is as sure as that says along the normal, so its sigma turns with the frame: the
@@ -326,7 +341,40 @@ impl<'a, const P: usize> Model<'a, P> {
             }
         }
         self.prior_rows(state).for_each(|row| normal.add(&row));
+        if self.freedom != Freedom::NONE {
+            self.hold_free(&mut normal.matrix);
+        }
         normal
+    }
+
+    /// Lets no step move what the fixture leaves free.
+    #[cold]
+    fn hold_free(&self, matrix: &mut [[f64; P]; P]) {
+        for k in (0..6).filter(|k| self.freedom.is_free(*k)) {
+            let held = P - 6 + k;
+            for row in &mut *matrix {
+                row[held] = 0.0;
+            }
+            matrix[held] = [0.0; P];
+            matrix[held][held] = 1.0;
+        }
+    }
+
+    /// The same with the whole second derivative of the squared misfit, halved, in the place of `J^T W J`.
+    pub(crate) fn newton_equations(&self, state: &Unknowns) -> Normal<P> {
+        let mut newton = self.normal_equations(state);
+        for index in 0..self.problem.touches().len() {
+            let (_, residual) = self.residual(state, index);
+            for (row, bends) in newton.matrix.iter_mut().zip(self.hessian(state, index)) {
+                for (sum, bend) in row.iter_mut().zip(bends) {
+                    *sum += residual * bend;
+                }
+            }
+        }
+        if self.freedom != Freedom::NONE {
+            self.hold_free(&mut newton.matrix);
+        }
+        newton
     }
 
     /// Half the slope of the squared misfit.
@@ -347,7 +395,7 @@ impl<'a, const P: usize> Model<'a, P> {
     /// Upper triangular `r` with `r^T r = J^T W J`, and `q` with `r^T q = J^T W residuals`, by Householder reflections
     /// of a block of rows at a time: accurate where the normal equations would square the condition.
     pub(crate) fn square_root(&self, state: &Unknowns) -> SquareRoot<P> {
-        let mut root = SquareRoot { r: [[0.0; P]; P], q: [0.0; P] };
+        let mut root = SquareRoot { r: [[0.0; P]; P], q: [0.0; P], freedom: self.freedom };
         let (mut block, mut rows) = (Block::EMPTY, 0);
         let mut take = |row: &Row<P>| {
             block.set(rows, row);
@@ -478,6 +526,8 @@ impl<const P: usize> Block<P> {
 pub(crate) struct SquareRoot<const P: usize> {
     r: [[f64; P]; P],
     q: [f64; P],
+    /// Motions of the frame whose rows and columns are zero.
+    freedom: Freedom,
 }
 
 impl<const P: usize> SquareRoot<P> {
@@ -511,16 +561,24 @@ impl<const P: usize> SquareRoot<P> {
         }
     }
 
-    /// The inverse of `r`; `None` when a diagonal element is zero.
+    /// Whether an unknown is a motion that the fixture leaves free.
+    fn is_free(&self, unknown: usize) -> bool {
+        unknown >= P - 6 && self.freedom.is_free(unknown + 6 - P)
+    }
+
+    /// The inverse of `r`, zero where the fixture leaves a motion free; `None` when another diagonal element is zero.
     #[allow(clippy::needless_range_loop)] // Triangular indices read as in the books.
     pub(crate) fn inverse(&self) -> Option<[[f64; P]; P]> {
         let mut inverse = [[0.0; P]; P];
         for j in 0..P {
+            if self.is_free(j) {
+                continue;
+            }
             if self.r[j][j] == 0.0 {
                 return None;
             }
             inverse[j][j] = 1.0 / self.r[j][j];
-            for i in (0..j).rev() {
+            for i in (0..j).rev().filter(|i| !self.is_free(*i)) {
                 let sum: f64 = (i + 1..=j).map(|k| self.r[i][k] * inverse[k][j]).sum();
                 inverse[i][j] = -sum / self.r[i][i];
             }
@@ -536,7 +594,7 @@ impl<const P: usize> SquareRoot<P> {
     /// The step `-r^-1 r^-T gradient`.
     pub(crate) fn step_against(&self, gradient: &[f64; P]) -> Option<[f64; P]> {
         let mut q = *gradient;
-        for i in 0..P {
+        for i in (0..P).filter(|i| !self.is_free(*i)) {
             q[i] /= self.r[i][i];
             for j in i + 1..P {
                 q[j] -= self.r[i][j] * q[i];
@@ -548,7 +606,7 @@ impl<const P: usize> SquareRoot<P> {
     /// `-r^-1 q`.
     fn step_to(&self, q: &[f64; P]) -> Option<[f64; P]> {
         let mut step = [0.0; P];
-        for i in (0..P).rev() {
+        for i in (0..P).rev().filter(|i| !self.is_free(*i)) {
             let known: f64 = (i + 1..P).map(|j| self.r[i][j] * step[j]).sum();
             step[i] = -(q[i] + known) / self.r[i][i];
         }
@@ -676,7 +734,7 @@ mod tests {
                 surfaces,
                 requirement: Requirement::counts(&[0; 4]),
                 dimensions: [Dimension {
-                    name: "half_angle",
+                    name: "half_angle".into(),
                     value: 0.4,
                     u: 0.2,
                     quantity: touchref_core::Quantity::Angle,

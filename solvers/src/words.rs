@@ -22,7 +22,7 @@ pub(crate) fn wanted_dimensions(
     const NEAR: f64 = 0.1;
     let dimensions = problem.fixture().dimensions();
     let told = closed_form.measured().iter().zip(measures).map(|(index, measure)| {
-        let dimension = dimensions[*index];
+        let dimension = &dimensions[*index];
         let ratio = measure / dimension.value;
         let close = |unit: f64| (ratio / unit - 1.0).abs() < NEAR || (ratio * unit - 1.0).abs() < NEAR;
         let mixed = UNITS.iter().find(|(unit, _)| close(*unit));

@@ -3,6 +3,7 @@
 // Each test uses its own part; a test may panic.
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 
+pub mod certify;
 pub mod companion;
 
 use touchref::{Fixture, Parameters, Solver, conformance::Claim};
@@ -38,14 +39,45 @@ pub fn settings(kind: &str) -> Vec<Parameters> {
             vec![sides().with("radius", 12.7), sides().with("radii", [10.0, 12.7, 15.0])]
         }
         "cube" => vec![new().with("edge", 50.0)],
+        "composite" => vec![v_block(), bore_with_two_faces()],
         _ => vec![new()],
     }
+}
+
+/// A table of `composite`.
+fn surface(kind: &str, name: &str) -> Parameters {
+    Parameters::new().with("type", kind).with("name", name)
+}
+
+/// A V-block with an end stop: X along the groove, Z up.
+pub fn v_block() -> Parameters {
+    let plane = |name, normal: [f64; 3]| {
+        let at = if name == "stop" { [0.0, 0.0, 20.0] } else { [40.0, -10.0 * normal[1], 10.0] };
+        surface("plane", name).with("point", at).with("normal", normal).with("within", 25.0)
+    };
+    let planes =
+        [plane("left", [0.0, -1.0, 1.0]), plane("right", [0.0, 1.0, 1.0]), plane("stop", [1.0, 0.0, 0.0])];
+    Parameters::new().with("surface", planes.to_vec())
+}
+
+/// A bore with a face at each end: everything but its spin.
+pub fn bore_with_two_faces() -> Parameters {
+    let bore = surface("cylinder", "bore").with("point", [0.0; 3]).with("axis", [0.0, 0.0, 1.0]);
+    let bore = bore.with("radius", 15.0).with("bore", true).with("from", -35.0).with("to", -5.0);
+    let face = |name, height, up| {
+        surface("plane", name)
+            .with("point", [0.0, 0.0, height])
+            .with("normal", [0.0, 0.0, up])
+            .with("within", 30.0)
+    };
+    let all = vec![bore, face("top", 0.0, 1.0), face("bottom", -40.0, -1.0)];
+    Parameters::new().with("surface", all).with("free", &["rz"][..])
 }
 
 /// Which frame of redundant touches a solver of this name says it finds.
 pub fn claim(solver: &str) -> Claim {
     match solver {
-        "least-squares" => Claim::LeastSquares,
+        "least-squares" | "global" => Claim::LeastSquares,
         "closed-form" => Claim::LeastSquaresMeasured,
         _ => Claim::Other,
     }

@@ -281,20 +281,26 @@ fn dimensions(subject: &Subject<'_>) -> Finding {
 fn is_its_parameter(subject: &Subject<'_>, dimension: &Dimension) -> Result<(), String> {
     /// An uncertainty that any dimension may have, in parts of its value.
     const UNCERTAIN: f64 = 1e-3;
-    let Dimension { name, value, quantity, .. } = *dimension;
+    let Dimension { name, value, quantity, .. } = dimension;
     // One of several numbers is named with its index: `radii[0]`.
     let parameter = name.split('[').next();
-    let known = subject.plugin.parameters.iter().any(|spec| Some(spec.name) == parameter);
+    let known = subject.plugin.parameters.iter().any(|spec| {
+        // One of a table is named after that: `bore.radius`.
+        let of_table = subject.parameters.tables(spec.name).iter().any(|table| {
+            name.split_once('.').is_some_and(|(of, key)| table.word("name") == of && table.get(key).is_some())
+        });
+        of_table || Some(spec.name) == parameter
+    });
     ensure!(known, "dimension `{name}` is no parameter");
     let Some(Value::Number { value: of_parameter, .. }) = subject.parameters.get(name) else { return Ok(()) };
-    let in_library = |number: f64| if quantity == Quantity::Angle { number.to_radians() } else { number };
+    let in_library = |number: f64| if *quantity == Quantity::Angle { number.to_radians() } else { number };
     let close = |a: f64, b: f64| (a - b).abs() <= ROUNDING * b.abs();
     let expected = in_library(*of_parameter);
-    ensure!(close(value, expected), "dimension `{name}` is {value}, its parameter {expected}");
+    ensure!(close(*value, expected), "dimension `{name}` is {value}, its parameter {expected}");
     let uncertain = Value::Number { value: *of_parameter, u: UNCERTAIN * of_parameter };
     let built = subject.plugin.build(&subject.parameters.clone().with(name, uncertain));
     let built = built.map_err(|error| format!("with an uncertain `{name}`: {error}"))?;
-    let u = built.dimensions().iter().find(|other| other.name == name).map(|other| other.u);
+    let u = built.dimensions().iter().find(|other| other.name == *name).map(|other| other.u);
     ensure!(
         u.is_some_and(|u| close(u, UNCERTAIN * expected)),
         "of an uncertainty {} of `{name}` its dimension says {u:?}",
@@ -307,10 +313,10 @@ fn is_its_parameter(subject: &Subject<'_>, dimension: &Dimension) -> Result<(), 
 fn with_dimensions(subject: &Subject<'_>, values: &[f64]) -> Parameters {
     let mut parameters = subject.parameters.clone();
     for (dimension, value) in subject.fixture.dimensions().iter().zip(values) {
-        if let Some(Value::Number { u, .. }) = subject.parameters.get(dimension.name) {
+        if let Some(Value::Number { u, .. }) = subject.parameters.get(&dimension.name) {
             let angle = dimension.quantity == Quantity::Angle;
             let value = if angle { value.to_degrees() } else { *value };
-            parameters.set(dimension.name, Value::Number { value, u: *u });
+            parameters.set(&dimension.name, Value::Number { value, u: *u });
         }
     }
     parameters

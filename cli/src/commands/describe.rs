@@ -6,8 +6,9 @@ use nalgebra::Point3;
 use serde::Serialize;
 use touchref::{
     FixturePlugin, Frame, ParameterKind, ParameterSpec, Parameters, Plugin, Probe, Registry, SolverPlugin,
-    Value,
+    TableSpec, Value,
     io::{InputError, Measurement, TouchRecord, Units, write},
+    parameters::TYPE,
 };
 
 use crate::{
@@ -67,6 +68,36 @@ pub(crate) struct ParameterDescription {
     /// `null` for one that must be given; `instead of NAME` for one that may take the place of another.
     pub(crate) default: Option<&'static str>,
     pub(crate) meaning: &'static str,
+    /// What each type of its tables has, for one that takes tables.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) tables: Vec<TableDescription>,
+}
+
+/// One type of the tables that a parameter takes.
+#[derive(Debug, Serialize)]
+pub(crate) struct TableDescription {
+    pub(crate) name: &'static str,
+    pub(crate) parameters: Vec<ParameterDescription>,
+}
+
+impl ParameterDescription {
+    fn of(spec: &ParameterSpec) -> Self {
+        let tables = match spec.kind {
+            ParameterKind::Tables(tables) => tables,
+            _ => &[],
+        };
+        let table = |table: &TableSpec| TableDescription {
+            name: table.name,
+            parameters: table.parameters.iter().map(Self::of).collect(),
+        };
+        Self {
+            name: spec.name,
+            takes: spec.kind.to_string(),
+            default: spec.default,
+            meaning: spec.meaning,
+            tables: tables.iter().map(table).collect(),
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -111,12 +142,7 @@ fn of_solver(plugin: &'static SolverPlugin) -> Description {
 }
 
 fn describe<P: Plugin>(plugin: &'static P, of: Kind, reference: &'static str) -> Description {
-    let parameters = plugin.parameters().iter().map(|spec| ParameterDescription {
-        name: spec.name,
-        takes: spec.kind.to_string(),
-        default: spec.default,
-        meaning: spec.meaning,
-    });
+    let parameters = plugin.parameters().iter().map(ParameterDescription::of);
     Description {
         schema: "touchref.describe/1",
         kind: P::KIND,
@@ -160,6 +186,29 @@ fn plausible(spec: &ParameterSpec) -> Value {
         ParameterKind::Lengths3 => Value::from([20.0; 3]),
         ParameterKind::Angle { above, below } => Value::from(0.5 * (above + below)),
         ParameterKind::Choice(words) => Value::from(words.first().copied().unwrap_or_default()),
+        ParameterKind::Name => Value::from(spec.name),
+        ParameterKind::Point => Value::from([0.0; 3]),
+        ParameterKind::Direction => Value::from([0.0, 0.0, 1.0]),
+        ParameterKind::Tables(tables) => Value::from(
+            tables.iter().enumerate().map(|(index, table)| plausible_table(index, table)).collect::<Vec<_>>(),
+        ),
         _ => Value::from(false),
     }
+}
+
+/// A table of this type, one of several: its points and directions its own, so that they do not coincide.
+fn plausible_table(index: usize, table: &TableSpec) -> Parameters {
+    const APART: f64 = 60.0;
+    let given = table.parameters.iter().filter(|spec| spec.default.is_none());
+    given.fold(Parameters::new().with(TYPE, table.name), |parameters, spec| {
+        let mut place = [0.0; 3];
+        place[index % 3] = 1.0;
+        let value = match spec.kind {
+            ParameterKind::Name => Value::from(format!("{}-{}", table.name, index + 1).as_str()),
+            ParameterKind::Point => Value::from(place.map(|v| v * APART)),
+            ParameterKind::Direction => Value::from(place),
+            _ => plausible(spec),
+        };
+        parameters.with(spec.name, value)
+    })
 }

@@ -42,6 +42,9 @@ pub(crate) fn description(description: &Description, look: Look) -> String {
     parameters(&mut sheet, &description.parameters);
     if let Kind::Fixture { surfaces, touches, frame, drawing, .. } = &description.of {
         sheet.heading("Surfaces");
+        if surfaces.is_empty() {
+            sheet.prose("those that the measurement states");
+        }
         let rows = surfaces.iter().map(|surface| vec![surface.name.to_owned(), surface.meaning.to_owned()]);
         sheet.table(&[], rows.collect(), &[]);
         sheet.heading("Touches");
@@ -76,4 +79,10 @@ fn parameters(sheet: &mut Sheet, parameters: &[ParameterDescription]) {
         ]
     });
     sheet.table(&header, rows.collect(), &[]);
+    for parameter in parameters {
+        for table in &parameter.tables {
+            sheet.heading(&format!("{}, type = \"{}\"", parameter.name, table.name));
+            self::parameters(sheet, &table.parameters);
+        }
+    }
 }

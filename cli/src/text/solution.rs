@@ -108,7 +108,7 @@ fn basis(sheet: &mut Sheet, record: &SolutionRecord) {
         (None, _) => "no chi-square, as no sigma is stated".to_owned(),
     };
     sheet.prose(&format!(
-        "misfit: rms {} {units}, {misfit}, {} beyond the six unknowns",
+        "misfit: rms {} {units}, {misfit}, {} beyond the frame's unknowns",
         short_or_dash(record.rms),
         counted(record.degrees_of_freedom, "touch", "touches"),
     ));
@@ -130,8 +130,9 @@ fn basis(sheet: &mut Sheet, record: &SolutionRecord) {
         ));
     }
     sheet.prose(&format!(
-        "seen by the touches: {} of 6 motions, condition {}; weakest is a {}",
+        "seen by the touches: {} of {} motions, condition {}; weakest is a {}",
         record.observability.rank,
+        6 - record.free.len().min(6),
         short_or_dash(record.observability.condition),
         record.observability.weakest
     ));
@@ -161,6 +162,15 @@ pub(super) fn fixture(fixture: &FixtureRecord, plus_minus: &str) -> String {
         fixture.parameters.iter().map(|(name, value)| match (value, value.get("value"), value.get("u")) {
             (_, Some(number), Some(u)) => format!("{name} = {number} {plus_minus} {u}"),
             (serde_json::Value::String(word), ..) => format!("{name} = {word}"),
+            (serde_json::Value::Array(tables), ..) if tables.iter().all(serde_json::Value::is_object) => {
+                let told = |table: &serde_json::Value| {
+                    let word = |key: &str| {
+                        table.get(key).and_then(serde_json::Value::as_str).unwrap_or_default().to_owned()
+                    };
+                    format!("{} ({})", word("name"), word("type"))
+                };
+                format!("{name} = {}", tables.iter().map(told).collect::<Vec<_>>().join(", "))
+            }
             (other, ..) => format!("{name} = {other}"),
         });
     let list = parameters.collect::<Vec<_>>().join(", ");

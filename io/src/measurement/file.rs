@@ -3,7 +3,7 @@
 use std::{ops::Range, path::Path, sync::Arc};
 
 use nalgebra::Point3;
-use touchref_core::{Noise, Parameters, Probe, parameters::nearest};
+use touchref_core::{Noise, Probe, parameters::nearest};
 
 use super::{Measurement, Origin, TouchRecord, TouchSource};
 use crate::{
@@ -26,12 +26,8 @@ pub(super) fn read(source: Source, folder: &Path) -> Result<Measurement, InputEr
     let fixture_field = root.require("fixture", "a table [fixture] with `kind` and its parameters")?;
     let fixture = fixture_field.table()?;
     let kind = fixture.require("kind", "the name of a fixture; `touchref list fixtures` tells them")?;
-    let mut parameters = Parameters::new();
     let mut places = Vec::new();
-    for (entry, field) in fixture.fields("kind") {
-        parameters.set(&entry.key, parameter::from_field(&field)?);
-        places.push((entry.key.clone(), entry.key_span.clone(), field.node.span.clone()));
-    }
+    let parameters = parameter::from_table(&fixture, "kind", "", &mut places)?;
     let probe = root.get("probe").map_or(Ok(Probe::default()), |field| read_probe(&field))?;
     let (touches, surfaces) = read_touches(&source, &root, folder)?;
     let (kind_name, kind) = (kind.text()?.to_owned(), kind.node.span.clone());
@@ -159,7 +155,7 @@ id = "second"
     fn every_key_is_read() {
         let measurement = Measurement::from_text("m.toml", FULL, Path::new("")).unwrap();
         assert_eq!((measurement.units, measurement.kind.as_str()), (Units::Micrometre, "k"));
-        let expected = Parameters::new()
+        let expected = touchref_core::Parameters::new()
             .with("radius", Value::Number { value: 15.0, u: 0.002 })
             .with("radii", [1.0, 2.5, 3.0])
             .with("bore", true)

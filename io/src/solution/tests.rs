@@ -20,7 +20,7 @@ fn solution() -> Solution {
     let mut solution = Solution::new("test", Frame::identity(), residuals, trust, observability);
     solution.roots.push(RootReport {
         frame: Frame::identity(),
-        measures: vec![Measure { name: "radius", value: 1.2, u: None }],
+        measures: vec![Measure { name: "radius".into(), value: 1.2, u: None }],
         misfit: Some(f64::NAN),
         selected: true,
         reason: "the only one".into(),

@@ -27,7 +27,7 @@ pub(crate) static AMBIGUOUS: Level = Level::new(1e-6);
 /// needs a noise draw of 5.3 standard deviations along the worst direction.
 const CURVATURE: f64 = 0.3;
 /// The 1e-9 level of six degrees of freedom, in standard deviations: how far the quadratic model must hold.
-const REACH: f64 = 7.3;
+pub(crate) const REACH: f64 = 7.3;
 /// The misfit's rise there, as a part of the predicted one.
 const RISE: [f64; 2] = [0.55, 3.0];
 /// Minima nearer than this (standard deviations) are one.
@@ -37,7 +37,7 @@ pub(crate) const SAME_PLACE: f64 = 1e-7;
 /// Sine of the angle by which an approach may point out of its surface: a grazing touch.
 const APPROACH_SLACK: f64 = 0.087;
 /// A motion whose standard deviation exceeds this part of the fixture's size (radians, for a turn) is as good as free.
-const FREE: f64 = 0.05;
+pub(crate) const FREE: f64 = 0.05;
 /// It is the layout's fault, not the noise's, when the condition exceeds this.
 const WEAK: f64 = 100.0;
 /// Touches nearer together than this part of the fixture's size may be in another unit, where nothing else tells.

@@ -14,7 +14,10 @@ use std::{collections::BTreeMap, error::Error, time::Instant};
 
 use placements::{Placements, twelve, unknowns};
 use rayon::prelude::*;
-use touchref::{Parameters, Probe, Value, fixtures::cylinder_plane::PLUGIN, solvers::bundle::calibrate};
+use touchref::{
+    Parameters, Probe, Value, analysis::simulation::generator, fixtures::cylinder_plane::PLUGIN,
+    solvers::bundle::calibrate,
+};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -32,7 +35,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let outcomes: Vec<Result<(f64, bool), &'static str>> = (0..sets)
         .into_par_iter()
         .map(|set| {
-            let placements = Placements::drawn(&PLUGIN, &stated, probe, (&layout, count), (seed, set));
+            let rng = &mut generator(seed, set);
+            let placements = Placements::drawn(&PLUGIN, &stated, probe, (&layout, count), rng);
             let unknowns = unknowns(&*placements.fixture, &probe, &["radius", "tip_radius"]);
             let calibration = calibrate(&PLUGIN, &placements.problems(), &unknowns);
             let calibration = calibration.map_err(|refusal| refusal.code())?;

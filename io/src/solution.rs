@@ -108,7 +108,7 @@ impl SolutionRecord {
 }
 
 /// The number, if there is one to write.
-fn finite(value: f64) -> Option<f64> {
+pub(crate) fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
@@ -174,7 +174,7 @@ pub struct ResidualRecord {
 }
 
 impl ResidualRecord {
-    fn new(index: usize, touch: &TouchRecord, residual: &Residual) -> Self {
+    pub(crate) fn new(index: usize, touch: &TouchRecord, residual: &Residual) -> Self {
         Self {
             index,
             id: touch.id.clone(),

@@ -3,11 +3,11 @@
 // Each of those who use it has its own part; a test may panic.
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 
-use rand::RngExt;
+use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 use touchref::{
     Calibration, Fixture, FixturePlugin, Frame, Parameters, Probe, Problem, Touch, Value,
-    analysis::simulation::{Layout, generator, random_frame, simulate},
+    analysis::simulation::{Layout, random_frame, simulate},
     solvers::{Extra, Quantity},
     statistics::chi_square_level,
 };
@@ -29,15 +29,14 @@ pub struct Placements {
 }
 
 impl Placements {
-    /// So many placements touched at `layout`; stated uncertainties are drawn.
+    /// So many placements touched at `layout`; the truth is drawn from what is stated.
     pub fn drawn(
         plugin: &'static FixturePlugin,
         stated: &Parameters,
         probe: Probe,
         (layout, count): (&Layout, usize),
-        (seed, trial): (u64, u64),
+        rng: &mut impl Rng,
     ) -> Self {
-        let mut rng = generator(seed, trial);
         let mut normal = |value: f64, u: f64| value + u * rng.sample::<f64, _>(StandardNormal);
         let mut parameters = Parameters::new();
         for (name, value) in stated.iter() {
@@ -48,7 +47,7 @@ impl Placements {
             parameters.set(name, value);
         }
         let tip_radius = normal(probe.tip_radius, probe.tip_radius_u);
-        Self::of_truth(plugin, stated, probe, (layout, count), (seed, trial), (parameters, tip_radius))
+        Self::of_truth(plugin, stated, probe, (layout, count), (parameters, tip_radius), rng)
     }
 
     /// The same with this truth.
@@ -57,17 +56,14 @@ impl Placements {
         stated: &Parameters,
         probe: Probe,
         (layout, count): (&Layout, usize),
-        (seed, trial): (u64, u64),
         truth: (Parameters, f64),
+        rng: &mut impl Rng,
     ) -> Self {
-        // Another stream than that of the truth.
-        let mut rng = generator(seed.wrapping_add(1), trial);
         let (fixture, real) = (plugin.build(stated).unwrap(), plugin.build(&truth.0).unwrap());
         let real_probe = Probe { tip_radius: truth.1, tip_radius_u: 0.0, ..probe };
-        let frames: Vec<Frame> = (0..count).map(|_| random_frame(REACH, &mut rng)).collect();
-        let touches = frames
-            .iter()
-            .map(|frame| simulate(&*real, layout, frame, &real_probe, probe.sigma.unwrap(), &mut rng));
+        let frames: Vec<Frame> = (0..count).map(|_| random_frame(REACH, rng)).collect();
+        let sigma = probe.sigma.unwrap();
+        let touches = frames.iter().map(|frame| simulate(&*real, layout, frame, &real_probe, sigma, rng));
         let touches = touches.collect();
         Self { plugin, fixture, probe, touches, frames, truth }
     }

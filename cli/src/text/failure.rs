@@ -5,7 +5,7 @@ use std::fmt;
 use miette::{Diagnostic, MietteHandler, MietteHandlerOpts, ReportHandler};
 use touchref::{
     SolveError,
-    io::refusal::{ErrorDetails, Findings},
+    io::refusal::{ConcernedPlacement, ErrorDetails, Findings},
 };
 
 use super::{
@@ -20,6 +20,19 @@ pub(crate) fn failure(failure: &Failure, look: Look) -> String {
     match failure {
         Failure::Input(error) => diagnostic(error, look),
         Failure::Refused(refused) => refusal(refused, &failure.record().error, look),
+        Failure::Uncalibrated(refused) => {
+            let record = failure.record();
+            let mut sheet = Sheet::new(look);
+            let verdict =
+                if refused.error.is_input_error() { "No calibration:" } else { "No calibration to trust:" };
+            sheet.verdict(BAD, verdict, &record.error.message);
+            if let Some(ConcernedPlacement { index, name: Some(name) }) = &record.error.findings.placement {
+                sheet.prose(&format!("placement {index} is `{name}`"));
+            }
+            sheet.heading("What to do");
+            sheet.prose(&record.error.help);
+            sheet.finish()
+        }
         Failure::Undetermined(error) => {
             let mut sheet = Sheet::new(look);
             sheet.verdict(BAD, "No surface to trust:", &error.to_string());

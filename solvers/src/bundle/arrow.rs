@@ -277,6 +277,10 @@ fn settled<const P: usize>(bundle: &Bundle<'_, P>, from: Vec<Unknowns>) -> (Vec<
     const STEPS: usize = 30;
     let (mut at, mut last) = (from, f64::INFINITY);
     let mut arrow = bundle.linear(&at);
+    if arrow.reduced().unseen() > 0 {
+        // There is no undamped step along what is not seen.
+        return (at, arrow, 0);
+    }
     for count in 0..STEPS {
         let Some((step, _)) = arrow.damped_step(0.0) else { return (at, arrow, count) };
         let length = bundle.length(&step);

@@ -14,9 +14,10 @@ use placements::{Placements, twelve, unknowns};
 use rayon::prelude::*;
 use serde_json::Value as Json;
 use touchref::{
-    Calibration, Fixture, Frame, Noise, Parameters, Probe, Problem, SigmaSource, Touch, Value,
-    analysis::simulation::generator,
+    Calibration, Frame, Noise, Parameters, Probe, Problem, SigmaSource, Touch, Value,
+    analysis::simulation::{generator, random_layout, simulate},
     fixtures::cylinder_plane::PLUGIN,
+    statistics::chi_square_level,
     solvers::{
         Extra, Quantity,
         bundle::{BundleError, adjust, calibrate},
@@ -529,4 +530,43 @@ fn adjusting_from_frames_gives_the_same() {
     let extras = radius_and_tip(&placements);
     let adjusted = adjust(&placements.problems(), &extras, &placements.frames).unwrap();
     assert_same_parameters(&searched, &adjusted, 1.0);
+}
+
+/// Seven touches at random places often mean several frames when little is known of the radius. Twelve of one placement
+/// tell it, and with it the frames of most others; never wrong ones.
+#[test]
+fn what_one_placement_tells_clears_others() {
+    const SETS: u64 = 300;
+    let stated = Parameters::new().with("radius", 20.0).with("angle_deg", 45.0);
+    let probe = Probe { tip_radius_u: 0.0, ..PROBE };
+    let layout = twelve(&*PLUGIN.build(&stated).unwrap());
+    let truth = (Parameters::new().with("radius", 20.1).with("angle_deg", 45.0), 1.5);
+    let real = PLUGIN.build(&truth.0).unwrap();
+    let outcomes: Vec<[Option<bool>; 2]> = (0..SETS)
+        .into_par_iter()
+        .map(|set| {
+            let rng = &mut generator(77, set);
+            let mut placements =
+                Placements::of_truth(&PLUGIN, &stated, probe, (&layout, 2), truth.clone(), rng);
+            let seven = random_layout(&*real, &[4, 3], rng);
+            placements.touches[1] = simulate(&*real, &seven, &placements.frames[1], &probe, SIGMA, rng);
+            let free = unknowns(&*placements.fixture, &probe, &["radius"]);
+            let problems = placements.problems();
+            [0, 1].map(|first| {
+                let calibration = calibrate(&PLUGIN, &problems[first..], &free).ok()?;
+                let mut frames = calibration.placements.iter().zip(&placements.frames[first..]);
+                Some(frames.all(|(placement, truth)| {
+                    let error = placement.frame.error_to(truth);
+                    let whitened = placement.covariance.matrix.cholesky().unwrap().solve(&error);
+                    error.dot(&whitened) < chi_square_level(1e-9, 6)
+                }))
+            })
+        })
+        .collect();
+    let count = |of: &dyn Fn(&[Option<bool>; 2]) -> bool| outcomes.iter().filter(|both| of(both)).count();
+    let (together, alone) = (count(&|both| both[0].is_some()), count(&|both| both[1].is_some()));
+    let wrong = count(&|both| both.contains(&Some(false)));
+    println!("of {SETS}: {together} with the placement of twelve, {alone} without; {wrong} wrong");
+    assert_eq!(wrong, 0);
+    assert!(together > alone + 20 && together > 200, "{together} {alone}");
 }

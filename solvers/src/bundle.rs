@@ -5,9 +5,11 @@
 //! refused by name, found from the null space of the information that is left once the frames are eliminated.
 //!
 //! No start is presumed. A placement is started by [the search and the rule of every
-//! solver](crate#when-a-frame-is-accepted), with the shared parameters uncertain by what is known of them (2 % where
-//! nothing is); those that are clear tell the parameters, with which the others are looked at again. In the end every
-//! placement must have one frame only by the same rule, on the fixture as calibrated.
+//! solver](crate#when-a-frame-is-accepted), with the shared parameters uncertain by what is known of them; those that are
+//! clear tell the parameters, with which the others are looked at again. In the end every placement must have one frame
+//! only by the same rule, on the fixture as calibrated. A parameter of which nothing is known has a nominal value all the
+//! same: it is taken to be right to 10 % (five times 2 %), so that frames that want another size are out. Where two
+//! frames fit within that, the placement is refused as ambiguous.
 //!
 //! Where no sigma is stated the residuals tell it, if five degrees of freedom are left; nominal values then cannot be
 //! weighed against the touches, and stated uncertainties are refused.
@@ -32,9 +34,9 @@ use crate::{
 };
 use arrow::{Fit, fit};
 
-/// What is taken to be known, to find a start, of a parameter of which nothing is: parts of its nominal value, of a tip
-/// those of the fixture's size. Tried in turn: the wider, the farther off a nominal value may be, and the more frames fit.
-const WIDE: [f64; 2] = [0.02, 0.002];
+/// Standard uncertainty that is taken, to find a start, for a parameter of which nothing is stated: parts of its nominal
+/// value, of a tip those of the fixture's size. Frames that want it five times as far off are not considered.
+const WIDE: f64 = 0.02;
 /// Degrees of freedom with which residuals tell a sigma: to a third of it.
 const TELLS_SIGMA: usize = 5;
 
@@ -333,20 +335,7 @@ impl<'a, 'p> Bundle<'a, 'p> {
 
     /// A frame near the likeliest of each placement.
     fn starts(&self, plugin: &FixturePlugin) -> Result<Vec<Unknowns>, BundleError> {
-        let mut refusal = None;
-        for wide in WIDE {
-            match self.starts_with(plugin, wide) {
-                Ok(starts) => return Ok(starts),
-                Err(error @ BundleError::Placement { .. }) => refusal = refusal.or(Some(error)),
-                Err(error) => return Err(error),
-            }
-        }
-        Err(refusal.unwrap_or_else(|| BundleError::call("there are no placements", "")))
-    }
-
-    /// The same, of a parameter that is free so much (see [`WIDE`]) being taken as known.
-    fn starts_with(&self, plugin: &FixturePlugin, wide: f64) -> Result<Vec<Unknowns>, BundleError> {
-        let guessed = self.guessed(wide);
+        let guessed = self.guessed();
         let mut known = Known {
             deviations: vec![0.0; guessed.len()],
             uncertainties: guessed.iter().map(|unknown| unknown.prior.unwrap_or(0.0)).collect(),
@@ -391,13 +380,13 @@ impl<'a, 'p> Bundle<'a, 'p> {
 
     /// The unknowns with what is taken to be known of them to find a start. Without a sigma there is nothing to weigh it
     /// against.
-    fn guessed(&self, wide: f64) -> Vec<Extra> {
+    fn guessed(&self) -> Vec<Extra> {
         let guess = |unknown: &Extra| {
             let scale = match unknown.what {
                 Quantity::Dimension(_) => self.nominal(unknown).0.abs(),
                 Quantity::TipRadius => self.fixture.size(),
             };
-            let prior = if self.weighed { unknown.prior.or(Some(wide * scale)) } else { None };
+            let prior = if self.weighed { unknown.prior.or(Some(WIDE * scale)) } else { None };
             Extra { prior, ..*unknown }
         };
         self.unknowns.iter().map(guess).collect()

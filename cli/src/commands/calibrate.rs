@@ -2,6 +2,7 @@
 
 use std::{io, path::PathBuf};
 
+use anstream::adapter::strip_str;
 use touchref::{
     Problem, Registry,
     io::{CalibrationRecord, InputError, PlacementTouches},
@@ -69,7 +70,8 @@ impl Args {
         };
         let output = match &self.output {
             Some(path) => {
-                write_file(path, |output| output.write_all(result.as_bytes()))?;
+                // A file keeps no colours.
+                write_file(path, |output| write!(output, "{}", strip_str(&result)))?;
                 Output::nothing()
             }
             None => Output::bytes(result),

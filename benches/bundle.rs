@@ -69,9 +69,8 @@ fn main() {
 }
 
 fn drawn(count: usize) -> Placements {
-    let stated = Parameters::new()
-        .with("radius", Value::Number { value: 20.0, u: 0.005 })
-        .with("angle_deg", 45.0);
+    let stated =
+        Parameters::new().with("radius", Value::Number { value: 20.0, u: 0.005 }).with("angle_deg", 45.0);
     let layout = twelve(&*PLUGIN.build(&stated).unwrap());
     Placements::drawn(&PLUGIN, &stated, PROBE, (&layout, count), &mut generator(81, 0))
 }

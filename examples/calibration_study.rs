@@ -26,9 +26,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (sets, seed): (u64, u64) = (argument(0, "1000").parse()?, argument(1, "1").parse()?);
     let count = argument(2, "200").parse()?;
 
-    let stated = Parameters::new()
-        .with("radius", Value::Number { value: 20.0, u: 0.005 })
-        .with("angle_deg", 45.0);
+    let stated =
+        Parameters::new().with("radius", Value::Number { value: 20.0, u: 0.005 }).with("angle_deg", 45.0);
     let probe = Probe { tip_radius: 1.5, tip_radius_u: 0.002, sigma: Some(0.005) };
     let layout = twelve(&*PLUGIN.build(&stated)?);
     let started = Instant::now();

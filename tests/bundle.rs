@@ -2,11 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // A test may panic, and tells its figures.
 
-mod support;
 #[path = "support/drilled_block.rs"]
 mod drilled_block;
 #[path = "support/placements.rs"]
 mod placements;
+mod support;
 
 use faer::{Mat, Side, linalg::solvers::Solve};
 use nalgebra::{DMatrix, Matrix3, Matrix6, Point3, Rotation3, Vector3};
@@ -17,11 +17,11 @@ use touchref::{
     Calibration, Frame, Noise, Parameters, Probe, Problem, SigmaSource, Touch, Value,
     analysis::simulation::{generator, random_layout, simulate},
     fixtures::cylinder_plane::PLUGIN,
-    statistics::chi_square_level,
     solvers::{
         Extra, Quantity,
         bundle::{BundleError, adjust, calibrate},
     },
+    statistics::chi_square_level,
 };
 
 const SIGMA: f64 = 0.005;
@@ -90,8 +90,7 @@ fn the_region_without_anything_known_holds_the_truth() {
         .map(|set| {
             let rng = &mut generator(73, set);
             let plugin = &drilled_block::PLUGIN;
-            let placements =
-                Placements::of_truth(plugin, &stated, probe, (&layout, 5), truth.clone(), rng);
+            let placements = Placements::of_truth(plugin, &stated, probe, (&layout, 5), truth.clone(), rng);
             let free = radius_and_tip(&placements);
             assert!(free.iter().all(|extra| extra.prior.is_none()));
             let calibration = calibrate(plugin, &placements.problems(), &free);
@@ -327,7 +326,9 @@ fn where_placements_stand_does_not_matter() {
     let motions: Vec<Frame> =
         (0..7).map(|_| touchref::analysis::simulation::random_frame(500.0, rng)).collect();
     for (touches, motion) in placements.touches.iter_mut().zip(&motions) {
-        touches.iter_mut().for_each(|touch| touch.at = motion.to_parent(&touch.at));
+        for touch in touches {
+            touch.at = motion.to_parent(&touch.at);
+        }
     }
     let after = calibrated(&placements).unwrap();
     assert_same_parameters(&before, &after, 1.0);
@@ -344,11 +345,8 @@ fn the_unit_does_not_matter() {
     let radius = Value::Number { value: 20.0 * UNIT, u: 0.005 * UNIT };
     placements.fixture = PLUGIN.build(&stated().with("radius", radius)).unwrap();
     let Probe { tip_radius, tip_radius_u, .. } = PROBE;
-    placements.probe = Probe {
-        tip_radius: tip_radius * UNIT,
-        tip_radius_u: tip_radius_u * UNIT,
-        sigma: Some(SIGMA * UNIT),
-    };
+    placements.probe =
+        Probe { tip_radius: tip_radius * UNIT, tip_radius_u: tip_radius_u * UNIT, sigma: Some(SIGMA * UNIT) };
     placements.touches.iter_mut().flatten().for_each(|touch| touch.at *= UNIT);
     let after = calibrated(&placements).unwrap();
     assert_same_parameters(&before, &after, UNIT);
@@ -493,10 +491,8 @@ fn the_answer_is_that_of_the_oracle() {
         }
         for (found, want) in calibration.placements.iter().zip(placed) {
             let axes = Matrix3::from_fn(|i, j| number(&want["axes"][j][i]));
-            let frame = Frame {
-                rotation: Rotation3::from_matrix_unchecked(axes),
-                origin: read(&want["origin"]),
-            };
+            let frame =
+                Frame { rotation: Rotation3::from_matrix_unchecked(axes), origin: read(&want["origin"]) };
             worst[3] = worst[3].max(found.frame.twist_to(&frame).extent(20.0));
             let covariance = Matrix6::from_fn(|i, j| number(&want["covariance"][i][j]));
             let deviations = covariance.diagonal().map(f64::sqrt);

@@ -53,8 +53,8 @@ impl Uncalibrated {
         }
         let findings = &mut record.error.findings;
         findings.units = Some(units.name());
-        findings.placement = concerned
-            .map(|(index, placement)| ConcernedPlacement { index, name: placement.name.clone() });
+        findings.placement =
+            concerned.map(|(index, placement)| ConcernedPlacement { index, name: placement.name.clone() });
         if let BundleError::Degenerate { parameters, quantity, value, bound, .. } = error {
             findings.parameters.clone_from(parameters);
             findings.quantity = Some(*quantity);

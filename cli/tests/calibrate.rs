@@ -3,7 +3,7 @@
 
 mod common;
 
-use std::{fs, path::Path};
+use std::{fmt::Write as _, fs, path::Path};
 
 use common::{Folder, TABLE, paper};
 use serde_json::Value;
@@ -33,7 +33,8 @@ fn the_example_is_calibrated() {
         assert_eq!(parameter["name"], name);
         assert!((number(&parameter["value"]) - truth).abs() < 2.5 * number(&parameter["u"]), "{parameter}");
         assert!(number(&parameter["u"]) < number(&parameter["nominal_u"]), "{parameter}");
-        let moved = (number(&parameter["value"]) - number(&parameter["nominal"])) / number(&parameter["nominal_u"]);
+        let moved =
+            (number(&parameter["value"]) - number(&parameter["nominal"])) / number(&parameter["nominal_u"]);
         assert!((number(&parameter["moved"]) - moved).abs() < 1e-9, "{parameter}");
     }
     let correlation = number(&result["correlations"][0][1]);
@@ -80,7 +81,8 @@ fn a_table_of_placements_is_taken() {
             name = text.to_owned();
         } else if let Some((surface, at)) = line.split_once(", at = [") {
             let surface = surface.trim_start_matches("    { surface = ");
-            table.push_str(&format!("{name},{surface},{}\n", at.trim_end_matches("] },").replace(", ", ",")));
+            let at = at.trim_end_matches("] },").replace(", ", ",");
+            writeln!(table, "{name},{surface},{at}").unwrap();
         }
     }
     let head = example().split("[[placement]]").next().unwrap().to_owned();
@@ -104,7 +106,8 @@ fn what_is_not_told_apart_is_named() {
 
 #[test]
 fn a_placement_that_does_not_fit_is_named() {
-    let bent = example().replacen("name = \"south\"\ntouch = [\n    { surface = \"cylinder\", at = [", "&", 1);
+    let bent =
+        example().replacen("name = \"south\"\ntouch = [\n    { surface = \"cylinder\", at = [", "&", 1);
     let at = bent.find('&').unwrap();
     let (before, after) = bent.split_at(at);
     let (first, rest) = after[1..].split_once(',').unwrap();
@@ -136,9 +139,19 @@ fn wrong_calls_are_told() {
         .with("short.toml", example().replacen("    { surface = \"plane\"", "#", 2));
     let cases: [(&[&str], &str, &str, &str); 8] = [
         (&["locate", "m.toml"], "invalid-input", "placement", "touchref calibrate"),
-        (&["locate", "head.toml", "--touches", "both.csv"], "invalid-input", "placement", "touchref calibrate"),
+        (
+            &["locate", "head.toml", "--touches", "both.csv"],
+            "invalid-input",
+            "placement",
+            "touchref calibrate",
+        ),
         (&["calibrate", "one.toml", "--free", "radius"], "invalid-input", "placement", "touchref locate"),
-        (&["calibrate", "head.toml", "--touches", "unnamed.csv"], "invalid-input", "placement", "[[placement]]"),
+        (
+            &["calibrate", "head.toml", "--touches", "unnamed.csv"],
+            "invalid-input",
+            "placement",
+            "[[placement]]",
+        ),
         (&["calibrate", "m.toml", "--free", "radus"], "unknown-name", "free", "radius"),
         (&["calibrate", "no-sigma.toml"], "invalid-input", "", "state a sigma"),
         (&["calibrate", "head.toml"], "too-few-touches", "", "--touches TABLE"),

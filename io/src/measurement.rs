@@ -271,7 +271,8 @@ impl Measurement {
         const HELP: &str = "`touchref calibrate` takes many placements; for a frame give the touches of one";
         let touches = match &self.touches {
             TouchSource::Placed(placements) => {
-                let message = format!("the measurement has {} placements; a frame is that of one", placements.len());
+                let message =
+                    format!("the measurement has {} placements; a frame is that of one", placements.len());
                 return Err(InputError::new("invalid-input", message)
                     .with_file(self.file())
                     .with_key("placement")
@@ -283,7 +284,8 @@ impl Measurement {
         let other = touches.records.iter().find(|record| record.placement.as_ref() != first);
         if let Some(other) = other {
             let line = other.line.map_or(String::new(), |line| format!(" (from line {line} on)"));
-            let message = format!("{} has touches of many placements{line}; a frame is that of one", touches.file);
+            let message =
+                format!("{} has touches of many placements{line}; a frame is that of one", touches.file);
             return Err(InputError::new("invalid-input", message)
                 .with_file(&touches.file)
                 .with_key("placement")
@@ -300,44 +302,13 @@ impl Measurement {
     pub fn placements(&self, fixture: &dyn Fixture) -> Result<Vec<PlacementTouches>, InputError> {
         let TouchSource::Placed(sources) = &self.touches else {
             let all = self.of_placement(fixture, &self.touches, 0)?;
-            return self.by_placement(&all);
+            return by_placement(&all);
         };
         let read = |(index, source): (usize, &PlacementSource)| {
             let touches = self.of_placement(fixture, &source.touches, index)?;
             Ok(PlacementTouches { name: source.name.clone(), touches })
         };
         sources.iter().enumerate().map(read).collect()
-    }
-
-    /// Groups the touches of a table.
-    fn by_placement(&self, all: &Touches) -> Result<Vec<PlacementTouches>, InputError> {
-        let mut placements: Vec<PlacementTouches> = Vec::new();
-        for (record, touch) in all.records.iter().zip(&all.touches) {
-            let Some(name) = &record.placement else {
-                let line = record.line.map_or(String::new(), |line| format!("line {line}: "));
-                let message = format!("{line}the touch belongs to no placement");
-                return Err(InputError::new("invalid-input", message)
-                    .with_file(&all.file)
-                    .with_key("placement")
-                    .with_help(
-                        "name placements in a column `placement` of the table, or by [[placement]] in the file; \
-                         `touchref locate` takes the touches of one placement",
-                    ));
-            };
-            let known = placements.iter().position(|placement| placement.name.as_ref() == Some(name));
-            let index = known.unwrap_or_else(|| {
-                let touches = Touches { file: all.file.clone(), ..Touches::default() };
-                placements.push(PlacementTouches { name: Some(name.clone()), touches });
-                placements.len() - 1
-            });
-            placements[index].touches.records.push(record.clone());
-            placements[index].touches.touches.push(*touch);
-        }
-        // What is to be known of the table is to be known once.
-        if let Some(first) = placements.first_mut() {
-            first.touches.warnings.clone_from(&all.warnings);
-        }
-        Ok(placements)
     }
 
     /// The touches from one source, that of the placement with this index.
@@ -452,6 +423,37 @@ impl From<TouchError> for InputError {
 /// A fixture, in a message about its parameters.
 fn told(plugin: &FixturePlugin) -> String {
     format!("fixture `{}`", plugin.name)
+}
+
+/// Groups the touches of a table.
+fn by_placement(all: &Touches) -> Result<Vec<PlacementTouches>, InputError> {
+    let mut placements: Vec<PlacementTouches> = Vec::new();
+    for (record, touch) in all.records.iter().zip(&all.touches) {
+        let Some(name) = &record.placement else {
+            let line = record.line.map_or(String::new(), |line| format!("line {line}: "));
+            let message = format!("{line}the touch belongs to no placement");
+            return Err(InputError::new("invalid-input", message)
+                .with_file(&all.file)
+                .with_key("placement")
+                .with_help(
+                    "name placements in a column `placement` of the table, or by [[placement]] in the file; \
+                     `touchref locate` takes the touches of one placement",
+                ));
+        };
+        let known = placements.iter().position(|placement| placement.name.as_ref() == Some(name));
+        let index = known.unwrap_or_else(|| {
+            let touches = Touches { file: all.file.clone(), ..Touches::default() };
+            placements.push(PlacementTouches { name: Some(name.clone()), touches });
+            placements.len() - 1
+        });
+        placements[index].touches.records.push(record.clone());
+        placements[index].touches.touches.push(*touch);
+    }
+    // What is to be known of the table is to be known once.
+    if let Some(first) = placements.first_mut() {
+        first.touches.warnings.clone_from(&all.warnings);
+    }
+    Ok(placements)
 }
 
 fn from_table(fixture: &dyn Fixture, input: &Input) -> Result<Touches, InputError> {

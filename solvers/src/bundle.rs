@@ -249,7 +249,8 @@ impl<'a, 'p> Bundle<'a, 'p> {
     fn check_unknowns(&self) -> Result<(), BundleError> {
         let wrong = |problem: String, help| Err(BundleError::call(problem, help));
         if self.unknowns.is_empty() {
-            let help = "state a standard uncertainty of a dimension or of the tip radius, or name one that is free";
+            let help =
+                "state a standard uncertainty of a dimension or of the tip radius, or name one that is free";
             return wrong("nothing is unknown besides the frames".to_owned(), help);
         }
         if self.unknowns.len() > MAX_EXTRAS {
@@ -272,8 +273,9 @@ impl<'a, 'p> Bundle<'a, 'p> {
                     return wrong(format!("`{name}` has the standard uncertainty {u}"), "it must be above 0");
                 }
                 Some(_) if !self.weighed => {
-                    let problem =
-                        format!("the uncertainty of `{name}` is stated, but no sigma to weigh the touches by");
+                    let problem = format!(
+                        "the uncertainty of `{name}` is stated, but no sigma to weigh the touches by"
+                    );
                     return wrong(problem, "state a sigma, or let the parameter be free");
                 }
                 _ => {}
@@ -315,8 +317,7 @@ impl<'a, 'p> Bundle<'a, 'p> {
                 problem.require_enough().map_err(|error| BundleError::Placement { placement, error })?;
             }
         }
-        let (observations, unknowns) =
-            (self.observations(), 6 * self.problems.len() + self.unknowns.len());
+        let (observations, unknowns) = (self.observations(), 6 * self.problems.len() + self.unknowns.len());
         let (spare, for_sigma) = if self.weighed {
             (0, "")
         } else {
@@ -330,7 +331,7 @@ impl<'a, 'p> Bundle<'a, 'p> {
 
     fn fit(&self, starts: Vec<Unknowns>) -> Result<Fit, BundleError> {
         let (problems, unknowns) = (self.problems, self.unknowns);
-        Ok(with_unknowns!(unknowns.len(), P => fit::<P>(problems, unknowns, starts))?)
+        Ok(with_unknowns!(unknowns.len(), P => Ok(fit::<P>(problems, unknowns, starts)))?)
     }
 
     /// A frame near the likeliest of each placement.
@@ -405,11 +406,7 @@ impl<'a, 'p> Bundle<'a, 'p> {
     /// The standard deviation to which all uncertainties are in proportion, in the problems' own sigmas: that of the
     /// residuals where none is stated.
     fn unit(&self, fit: &Fit) -> f64 {
-        if self.weighed {
-            1.0
-        } else {
-            (fit.chi_square / self.degrees_of_freedom().max(1) as f64).sqrt()
-        }
+        if self.weighed { 1.0 } else { (fit.chi_square / self.degrees_of_freedom().max(1) as f64).sqrt() }
     }
 
     /// The fixture and the probe with the shared parameters as they are known; whatever else is stated as uncertain is
@@ -425,7 +422,8 @@ impl<'a, 'p> Bundle<'a, 'p> {
             let scale = scale_of(dimension.quantity);
             set(&mut parameters, dimension.name, dimension.value * scale, 0.0);
         }
-        for ((unknown, deviation), u) in self.unknowns.iter().zip(&known.deviations).zip(&known.uncertainties) {
+        for ((unknown, deviation), u) in self.unknowns.iter().zip(&known.deviations).zip(&known.uncertainties)
+        {
             let (nominal, scale) = self.nominal(unknown);
             let value = nominal + deviation;
             match unknown.what {
@@ -600,7 +598,8 @@ impl<'a, 'p> Bundle<'a, 'p> {
         let touches = || self.problems.iter().zip(&fit.placements);
         let count: usize = self.problems.iter().map(|problem| problem.touches().len()).sum();
         let mean = |sum: f64| (sum / count as f64).sqrt();
-        let squares = touches().flat_map(|(_, placement)| &placement.residuals).map(|(length, _)| length * length);
+        let squares =
+            touches().flat_map(|(_, placement)| &placement.residuals).map(|(length, _)| length * length);
         let sigmas = touches().map(|(problem, _)| sigma_of(problem).powi(2) * problem.touches().len() as f64);
         let degrees_of_freedom = self.degrees_of_freedom();
         let chi_square = self.weighed.then_some(fit.chi_square);

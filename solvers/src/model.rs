@@ -361,11 +361,7 @@ impl<'a, const P: usize> Model<'a, P> {
     }
 
     #[inline]
-    fn square_root_of(
-        &self,
-        state: &Unknowns,
-        ordered: impl Fn(&[f64; P]) -> [f64; P],
-    ) -> SquareRoot<P> {
+    fn square_root_of(&self, state: &Unknowns, ordered: impl Fn(&[f64; P]) -> [f64; P]) -> SquareRoot<P> {
         let mut root = SquareRoot { r: [[0.0; P]; P], q: [0.0; P] };
         let (mut block, mut rows) = (Block::EMPTY, 0);
         let mut take = |row: &Row<P>| {

@@ -73,7 +73,8 @@ fn correlations(sheet: &mut Sheet, record: &CalibrationRecord) {
     let header: Vec<String> = std::iter::once(String::new()).chain(names.clone()).collect();
     let rows = names.zip(&record.correlations).enumerate().map(|(k, (name, row))| {
         // The upper half says the same.
-        let values = row.iter().enumerate().map(|(j, value)| if j > k { String::new() } else { fixed(*value, 3) });
+        let values =
+            row.iter().enumerate().map(|(j, value)| if j > k { String::new() } else { fixed(*value, 3) });
         std::iter::once(name).chain(values).collect()
     });
     let right: Vec<usize> = (1..header.len()).collect();
@@ -83,7 +84,8 @@ fn correlations(sheet: &mut Sheet, record: &CalibrationRecord) {
 fn placements(sheet: &mut Sheet, placements: &[PlacementRecord], units: &str) {
     sheet.heading("Placements");
     let plus_minus = sheet.plus_minus();
-    let header = ["", "name", "touches", "chi-square", "worst residual", &format!("origin ({units})"), plus_minus];
+    let header =
+        ["", "name", "touches", "chi-square", "worst residual", &format!("origin ({units})"), plus_minus];
     let header = header.map(str::to_owned);
     let named = placements.iter().any(|placement| placement.name.is_some());
     let shown = |mut row: Vec<String>| {

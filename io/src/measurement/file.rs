@@ -71,12 +71,15 @@ fn read_probe(field: &Field<'_>) -> Result<Probe, InputError> {
     Ok(probe)
 }
 
-/// The touches of a measurement, and the place of the surface of each that is listed: by placement, where there are many.
+/// Of the surface of each touch that is listed.
+type Places = Vec<Range<usize>>;
+
+/// The touches of a measurement, and their places by placement, where there are many.
 fn read_touches(
     source: &Source,
     root: &Table<'_>,
     folder: &Path,
-) -> Result<(TouchSource, Vec<Vec<Range<usize>>>), InputError> {
+) -> Result<(TouchSource, Vec<Places>), InputError> {
     const EXPECTED: &str = "a list of placements, [[placement]]";
     let (touches, surfaces) = read_list_or_table(source, root, folder)?;
     let Some(placements) = root.get("placement") else { return Ok((touches, vec![surfaces])) };
@@ -95,7 +98,9 @@ fn read_touches(
         table.only(PLACEMENT_KEYS)?;
         let (touches, surfaces) = read_list_or_table(source, &table, folder)?;
         if matches!(&touches, TouchSource::Absent) || touches == TouchSource::Listed(Vec::new()) {
-            return Err(table.missing("touch", "touches of the placement: [[placement.touch]], or a table `touches`"));
+            return Err(
+                table.missing("touch", "touches of the placement: [[placement.touch]], or a table `touches`")
+            );
         }
         let name = table.get("name");
         let text = name.as_ref().map(Field::text).transpose()?;
@@ -118,7 +123,7 @@ fn read_list_or_table(
     source: &Source,
     root: &Table<'_>,
     folder: &Path,
-) -> Result<(TouchSource, Vec<Range<usize>>), InputError> {
+) -> Result<(TouchSource, Places), InputError> {
     let (table, list) = (root.get("touches"), root.get("touch"));
     match (table, list) {
         (None, None) => Ok((TouchSource::Absent, Vec::new())),
@@ -245,10 +250,25 @@ at = [1, 2, 3]
         const TOUCH: &str = "touch = [{ surface = \"a\", at = [1, 2, 3] }]\n";
         let table = [
             (format!("{TOUCH}[[placement]]\n{TOUCH}"), "given twice", (4, 1), "placement"),
-            (format!("[[placement]]\n{TOUCH}touches = \"t.csv\""), "given twice", (5, 11), "placement[0].touches"),
+            (
+                format!("[[placement]]\n{TOUCH}touches = \"t.csv\""),
+                "given twice",
+                (5, 11),
+                "placement[0].touches",
+            ),
             (format!("[[placement]]\n{TOUCH}nam = \"n\""), "`nam` is not known", (5, 1), "placement[0].nam"),
-            ("[[placement]]\nname = \"n\"".to_owned(), "`placement[0].touch` is missing", (3, 1), "placement[0].touch"),
-            ("[[placement]]\ntouch = []".to_owned(), "`placement[0].touch` is missing", (3, 1), "placement[0].touch"),
+            (
+                "[[placement]]\nname = \"n\"".to_owned(),
+                "`placement[0].touch` is missing",
+                (3, 1),
+                "placement[0].touch",
+            ),
+            (
+                "[[placement]]\ntouch = []".to_owned(),
+                "`placement[0].touch` is missing",
+                (3, 1),
+                "placement[0].touch",
+            ),
             ("placement = []".to_owned(), "`placement` is empty", (3, 13), "placement"),
             (
                 format!("[[placement]]\nname = \"n\"\n{TOUCH}[[placement]]\nname = \"n\"\n{TOUCH}"),
@@ -258,7 +278,8 @@ at = [1, 2, 3]
             ),
         ];
         for (text, message, (line, column), key) in table {
-            let error = Measurement::from_text("m.toml", &format!("{START}{text}"), Path::new("")).unwrap_err();
+            let error =
+                Measurement::from_text("m.toml", &format!("{START}{text}"), Path::new("")).unwrap_err();
             assert!(error.to_string().contains(message), "{error}");
             let place = error.place().unwrap();
             assert_eq!((place.line, place.column, error.key()), (line, Some(column), Some(key)), "{error}");

@@ -7,7 +7,7 @@
 
 use faer::{Mat, linalg::solvers::SolveLstsq};
 use nalgebra::{DMatrix, Matrix6, SMatrix};
-use touchref_core::{Iteration, Problem, RANK_TOLERANCE, SolveError};
+use touchref_core::{Iteration, Problem, RANK_TOLERANCE};
 
 use crate::{
     levenberg_marquardt::{Linear, SumOfSquares, descend},
@@ -73,9 +73,9 @@ impl<const P: usize> Linear for Arrow<P> {
             for (sum, slope) in shared.iter_mut().zip(&gradient[6..]) {
                 *sum += slope;
             }
-            for column in 0..6 {
+            for (column, slope) in gradient[..6].iter().enumerate() {
                 // What no touch sees has no cosine, and `max` passes it by.
-                largest = largest.max(gradient[column] * gradient[column] / root.column_square(column));
+                largest = largest.max(slope * slope / root.column_square(column));
             }
         }
         for (k, weight, residual) in &self.priors {
@@ -232,14 +232,7 @@ impl FittedPlacement {
 }
 
 /// Descends from `starts`, and on to where rounding ends the steps.
-///
-/// # Errors
-/// None of its own: the type is that of every solver that counts its unknowns at run time.
-pub(super) fn fit<const P: usize>(
-    problems: &[Problem<'_>],
-    shared: &[Extra],
-    starts: Vec<Unknowns>,
-) -> Result<Fit, SolveError> {
+pub(super) fn fit<const P: usize>(problems: &[Problem<'_>], shared: &[Extra], starts: Vec<Unknowns>) -> Fit {
     let bare: Vec<Extra> = shared.iter().map(|extra| Extra { prior: None, ..*extra }).collect();
     let models: Vec<Model<'_, P>> = problems.iter().map(|problem| Model::new(problem, &bare)).collect();
     let bundle = Bundle { models, shared };
@@ -248,9 +241,8 @@ pub(super) fn fit<const P: usize>(
     let reduced = arrow.reduced();
     let covariance = reduced.covariance();
     let step_left = arrow.damped_step(0.0).map_or(f64::INFINITY, |(_, decrease)| decrease.max(0.0).sqrt());
-    let of_shared = SMatrix::<f64, P, P>::from_fn(|i, j| {
-        if i < 6 || j < 6 { 0.0 } else { covariance[(i - 6, j - 6)] }
-    });
+    let of_shared =
+        SMatrix::<f64, P, P>::from_fn(|i, j| if i < 6 || j < 6 { 0.0 } else { covariance[(i - 6, j - 6)] });
     let placements = bundle.models.iter().zip(&at).zip(&arrow.roots).map(|((model, at), root)| {
         let touches = 0..model.problem.touches().len();
         FittedPlacement {
@@ -259,7 +251,7 @@ pub(super) fn fit<const P: usize>(
             residuals: touches.map(|index| model.residual(at, index)).collect(),
         }
     });
-    Ok(Fit {
+    Fit {
         shared: at[0].extras[..shared.len()].to_vec(),
         covariance,
         placements: placements.collect(),
@@ -267,7 +259,7 @@ pub(super) fn fit<const P: usize>(
         step_left,
         iteration: Iteration { steps: descent.steps + steps, stopped_by: "step" },
         reduced,
-    })
+    }
 }
 
 /// Undamped steps from near a minimum until they no longer shrink: rounding. The last place, its linear problem, and how

@@ -36,8 +36,8 @@ fn main() {
         let unknowns = unknowns(&*placements.fixture, &PROBE, &["radius", "tip_radius"]);
         let problems = placements.problems();
         let times = [
-            fastest(3, || drop(black_box(calibrate(&PLUGIN, &problems, &unknowns).unwrap()))),
-            fastest(5, || drop(black_box(adjust(&problems, &unknowns, &placements.frames).unwrap()))),
+            fastest(9, || drop(black_box(calibrate(&PLUGIN, &problems, &unknowns).unwrap()))),
+            fastest(9, || drop(black_box(adjust(&problems, &unknowns, &placements.frames).unwrap()))),
         ];
         let [whole, iteration] = times.map(|time| time * 1e6 / count as f64);
         // Time over time, divided by placements over placements: 1 is linear.

@@ -336,6 +336,8 @@ impl<'a, 'p> Bundle<'a, 'p> {
 
     /// A frame near the likeliest of each placement.
     fn starts(&self, plugin: &FixturePlugin) -> Result<Vec<Unknowns>, BundleError> {
+        /// What is not clear after as many has nothing more to learn.
+        const ROUNDS: usize = 4;
         let guessed = self.guessed();
         let mut known = Known {
             deviations: vec![0.0; guessed.len()],
@@ -343,7 +345,9 @@ impl<'a, 'p> Bundle<'a, 'p> {
             sigma: self.probe.sigma,
         };
         let mut found: Vec<Option<Frame>> = vec![None; self.problems.len()];
+        let mut rounds = 0;
         loop {
+            rounds += 1;
             let (fixture, probe) = self.as_known(plugin, &known)?;
             let (mut news, mut refusal) = (false, None);
             for (placement, problem) in self.problems.iter().enumerate() {
@@ -363,7 +367,7 @@ impl<'a, 'p> Bundle<'a, 'p> {
                 };
                 return Ok(found.iter().flatten().map(start).collect());
             };
-            if !news {
+            if !news || rounds == ROUNDS {
                 return Err(refusal);
             }
             // What the clear ones tell may clear the others.
@@ -428,6 +432,7 @@ impl<'a, 'p> Bundle<'a, 'p> {
             let value = nominal + deviation;
             match unknown.what {
                 Quantity::Dimension(_) => set(&mut parameters, self.name(unknown), value * scale, u * scale),
+                // A tip of next to none may come out below it; no probe has such a one.
                 Quantity::TipRadius => (probe.tip_radius, probe.tip_radius_u) = (value.max(0.0), *u),
             }
         }

@@ -25,7 +25,8 @@ pub(crate) fn calibration(record: &CalibrationRecord, look: Look) -> String {
                 short(p)
             )
         }
-        _ => format!(
+        (Some(_), None) => "no more touches than unknowns, so that nothing checks the values".to_owned(),
+        (None, _) => format!(
             "no sigma is stated; the residuals tell {} {} with {} degrees of freedom",
             short_or_dash(record.sigma),
             record.units,

@@ -142,6 +142,41 @@ fn a_nominal_value_off_by_one_percent_is_found() {
     }
 }
 
+/// All four sizes of three balls, each off by a percent, and those of a fixture that states its radii in a list.
+#[test]
+fn every_size_of_a_fixture_may_be_off() {
+    let plugin = &touchref::fixtures::three_sphere::PLUGIN;
+    let sides = |ab: f64, bc: f64, ca: f64| Parameters::new().with("ab", ab).with("bc", bc).with("ca", ca);
+    let probe = Probe { tip_radius_u: 0.0, ..PROBE };
+    let table = [
+        (sides(101.0, 109.0, 90.9).with("radius", 12.6), sides(100.0, 110.0, 90.0).with("radius", 12.7)),
+        (
+            sides(101.0, 109.0, 90.9).with("radii", [12.0, 12.8, 13.0]),
+            sides(100.0, 110.0, 90.0).with("radii", [12.1, 12.7, 12.9]),
+        ),
+    ];
+    for (stated, truth) in table {
+        let rng = &mut generator(78, 0);
+        let layout = random_layout(&*plugin.build(&stated).unwrap(), &[5, 5, 5], rng);
+        let placements =
+            Placements::of_truth(plugin, &stated, probe, (&layout, 12), (truth.clone(), 1.5), rng);
+        let names: Vec<&str> = placements.fixture.dimensions().iter().map(|d| d.name).collect();
+        let free = unknowns(&*placements.fixture, &probe, &names);
+        let calibration = calibrate(plugin, &placements.problems(), &free).unwrap();
+        assert_eq!(calibration.parameters.len(), names.len());
+        for parameter in &calibration.parameters {
+            let (list, index) = parameter.name.trim_end_matches(']').split_once('[').unwrap_or(("", "0"));
+            let truth = match truth.get(list) {
+                Some(Value::Numbers(radii)) => radii[index.parse::<usize>().unwrap()],
+                _ => truth.number(parameter.name),
+            };
+            assert!((parameter.value - truth).abs() < 4.0 * parameter.u, "{parameter:?} {truth}");
+            // Far better known than it was off.
+            assert!(parameter.u < 0.1 * (parameter.nominal - truth).abs(), "{parameter:?} {truth}");
+        }
+    }
+}
+
 #[test]
 fn an_angle_is_calibrated_in_degrees() {
     let stated = Parameters::new().with("radius", 20.0).with("angle_deg", 45.0);

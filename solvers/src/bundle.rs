@@ -35,7 +35,7 @@ use crate::{
 use arrow::{Fit, fit};
 
 /// Standard uncertainty that is taken, to find a start, for a parameter of which nothing is stated: parts of its nominal
-/// value, of a tip those of the fixture's size. Frames that want it five times as far off are not considered.
+/// value, of the fixture's size where that is zero. Frames that want it five times as far off are not considered.
 const WIDE: f64 = 0.02;
 /// Degrees of freedom with which residuals tell a sigma: to a third of it.
 const TELLS_SIGMA: usize = 5;
@@ -387,10 +387,8 @@ impl<'a, 'p> Bundle<'a, 'p> {
     /// against.
     fn guessed(&self) -> Vec<Extra> {
         let guess = |unknown: &Extra| {
-            let scale = match unknown.what {
-                Quantity::Dimension(_) => self.nominal(unknown).0.abs(),
-                Quantity::TipRadius => self.fixture.size(),
-            };
+            let nominal = self.nominal(unknown).0.abs();
+            let scale = if nominal > 0.0 { nominal } else { self.fixture.size() };
             let prior = if self.weighed { unknown.prior.or(Some(WIDE * scale)) } else { None };
             Extra { prior, ..*unknown }
         };

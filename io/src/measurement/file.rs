@@ -242,6 +242,11 @@ at = [1, 2, 3]
         assert_eq!(placements[0].touches, TouchSource::Table(Input::File("folder/north.csv".into())));
         let TouchSource::Listed(touches) = &placements[1].touches else { panic!("the touches are listed") };
         assert_eq!((touches.len(), placements[1].name.as_deref()), (1, None));
+        let json = r#"{"units": "mm", "fixture": {"kind": "k"}, "placement": [{"name": "north", "touches":
+            "north.csv"}, {"touch": [{"surface": "a", "at": [1, 2, 3]}]}]}"#;
+        let json = Measurement::from_text("m.json", json, Path::new("folder")).unwrap();
+        let TouchSource::Placed(same) = &json.touches else { panic!("there are placements") };
+        assert_eq!(same[0], placements[0]);
     }
 
     #[test]

@@ -20,7 +20,7 @@ Method
 
 How to run (needs Python 3.9 and mpmath 1.3; a few seconds)
     python3 bundle.py             writes bundle.json beside this script
-    python3 bundle.py --check     solves the touches in the file again and compares every number
+    python3 bundle.py --check     simulates and solves all cases again and compares the file
 """
 
 import argparse
@@ -184,7 +184,7 @@ def case(rng, unknown):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--check", action="store_true", help="solve the touches in the file again and compare")
+    parser.add_argument("--check", action="store_true", help="solve all cases again and compare the file")
     check = parser.parse_args().check
     rng = random.Random(20264)
     text = json.dumps({"cases": [case(rng, unknown) for unknown in CASES]}, indent=1) + "\n"

@@ -260,6 +260,31 @@ fn what_no_touch_tells_is_named() {
     }
 }
 
+/// Both ends of the pin touched at the same angles: two frames fit whatever the parameters, in every placement.
+#[test]
+fn placements_that_mean_two_frames_are_refused() {
+    let fixture = PLUGIN.build(&stated()).unwrap();
+    let on = |surface: usize, u: f64, v: f64| (surface, fixture.surfaces()[surface].point_at(u, v));
+    let ends = [(0.1, 0.0), (0.4, 0.0), (0.1, 1.0), (0.4, 1.0)].map(|(u, v)| on(0, u, v));
+    let thirds = [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|u| on(1, u, 1.0));
+    let layout = ends.into_iter().chain(thirds).collect();
+    let rng = &mut generator(79, 0);
+    let placements = Placements::drawn(&PLUGIN, &stated(), PROBE, (&layout, 5), rng);
+    let refusal = calibrated(&placements).unwrap_err();
+    assert_eq!(
+        (refusal.code(), refusal.placement(), refusal.is_input_error()),
+        ("ambiguous", Some(0), false)
+    );
+    // Frames that are expected decide.
+    let problems = placements.problems();
+    let near: Vec<Problem<'_>> =
+        problems.iter().zip(&placements.frames).map(|(problem, frame)| problem.near(*frame)).collect();
+    let calibration = calibrate(&PLUGIN, &near, &radius_and_tip(&placements)).unwrap();
+    for (placement, truth) in calibration.placements.iter().zip(&placements.frames) {
+        assert!(placement.frame.twist_to(truth).extent(20.0) < 0.01);
+    }
+}
+
 #[test]
 fn the_placement_that_contradicts_the_others_is_named() {
     let mut placements = pins(8, 1);

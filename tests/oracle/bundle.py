@@ -187,7 +187,8 @@ def main():
     parser.add_argument("--check", action="store_true", help="solve all cases again and compare the file")
     check = parser.parse_args().check
     rng = random.Random(20264)
-    text = json.dumps({"cases": [case(rng, unknown) for unknown in CASES]}, indent=1) + "\n"
+    cases = ",\n".join(json.dumps(case(rng, unknown)) for unknown in CASES)
+    text = f'{{"cases": [\n{cases}\n]}}\n'
     if check:
         if FILE.read_text() != text:
             sys.exit(f"{FILE.name} holds other numbers")

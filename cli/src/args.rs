@@ -26,6 +26,7 @@ pub(crate) enum Command {
     Simulate(commands::simulate::Args),
     Study(commands::study::Args),
     Element(commands::element::Args),
+    Calibrate(commands::calibrate::Args),
     Completions(commands::completions::Args),
     Man(commands::man::Args),
 }
@@ -40,6 +41,7 @@ impl Command {
             Self::Simulate(args) => args.run(registry),
             Self::Study(args) => args.run(registry),
             Self::Element(args) => args.run(),
+            Self::Calibrate(args) => args.run(registry),
             Self::Completions(args) => Ok(args.run()),
             Self::Man(args) => args.run(),
         }

@@ -5,8 +5,8 @@ use std::{fmt::Display, io};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use touchref::{
     RegistryError, SolveError,
-    io::{ErrorRecord, InputError, TouchRecord, Units},
-    solvers::element::ElementError,
+    io::{ErrorRecord, InputError, PlacementTouches, TouchRecord, Units, refusal::ConcernedPlacement},
+    solvers::{bundle::BundleError, element::ElementError},
 };
 
 /// Why there is no result.
@@ -16,6 +16,8 @@ pub(crate) enum Failure {
     Input(InputError),
     /// A solver gives no frame.
     Refused(Box<Refused>),
+    /// Placements give no calibration.
+    Uncalibrated(Box<Uncalibrated>),
     /// The touches do not determine what is wanted.
     Undetermined(ElementError),
     /// The call is wrong; or help or the version was asked for.
@@ -30,6 +32,36 @@ pub(crate) struct Refused {
     pub(crate) touches: Vec<TouchRecord>,
     /// The file of the touches.
     pub(crate) file: String,
+}
+
+/// A refusal to calibrate, with the placements it is about.
+#[derive(Debug)]
+pub(crate) struct Uncalibrated {
+    pub(crate) error: BundleError,
+    pub(crate) units: Units,
+    pub(crate) placements: Vec<PlacementTouches>,
+}
+
+impl Uncalibrated {
+    fn record(&self) -> ErrorRecord {
+        let Self { error, units, placements } = self;
+        let mut record = ErrorRecord::new(error.code(), error.to_string(), error.help());
+        let concerned = error.placement().and_then(|index| Some((index, placements.get(index)?)));
+        if let (BundleError::Placement { error, .. }, Some((_, placement))) = (error, concerned) {
+            record.error.findings =
+                ErrorRecord::of_refusal(error, *units, &placement.touches.records).error.findings;
+        }
+        let findings = &mut record.error.findings;
+        findings.units = Some(units.name());
+        findings.placement =
+            concerned.map(|(index, placement)| ConcernedPlacement { index, name: placement.name.clone() });
+        if let BundleError::Degenerate { parameters, quantity, value, bound, .. } = error {
+            findings.parameters = parameters.iter().map(ToString::to_string).collect();
+            findings.quantity = Some(*quantity);
+            (findings.value, findings.bound) = (Some(*value), Some(*bound));
+        }
+        record
+    }
 }
 
 impl Failure {
@@ -51,6 +83,7 @@ impl Failure {
     pub(crate) fn status(&self) -> u8 {
         match self {
             Self::Refused(refused) if !refused.error.is_input_error() => 1,
+            Self::Uncalibrated(refused) if !refused.error.is_input_error() => 1,
             Self::Undetermined(_) => 1,
             _ if self.is_help() => 0,
             _ => 2,
@@ -69,6 +102,7 @@ impl Failure {
                 }
                 record
             }
+            Self::Uncalibrated(refused) => refused.record(),
             Self::Undetermined(error) => ErrorRecord::new(
                 "degenerate",
                 error.to_string(),

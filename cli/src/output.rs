@@ -54,7 +54,8 @@ impl Output {
     }
 }
 
-fn json(record: &impl Serialize) -> String {
+/// A record as the text of its file.
+pub(crate) fn json(record: &impl Serialize) -> String {
     // Keys are strings and numbers are plain, so that writing to memory cannot fail.
     serde_json::to_string_pretty(record).unwrap_or_default() + "\n"
 }

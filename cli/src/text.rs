@@ -1,5 +1,6 @@
 //! Results and failures for people.
 
+mod calibration;
 mod element;
 mod failure;
 mod number;
@@ -8,6 +9,7 @@ mod sheet;
 mod solution;
 mod study;
 
+pub(crate) use calibration::calibration;
 pub(crate) use element::element;
 pub(crate) use failure::failure;
 pub(crate) use plugins::{description, listing};

@@ -5,6 +5,7 @@
 //! Units: one consistent length unit, whatever it is; angles in radians. Frames: a [`Frame`] maps fixture
 //! coordinates into the parent, the frame in which the touches are expressed.
 
+pub mod calibration;
 pub mod error;
 pub mod fixture;
 pub mod frame;
@@ -17,6 +18,7 @@ pub mod statistics;
 pub mod surface;
 pub mod touch;
 
+pub use calibration::{Calibrated, Calibration, Placement};
 pub use error::{Degenerate, Refusal, SolveError, TouchError};
 pub use fixture::{
     ClosedForm, Dimension, Fixture, MAX_DIMENSIONS, MAX_MEASURES, Quantity, Requirement, Root, RootKind,

@@ -196,6 +196,35 @@ impl Parameters {
         }
     }
 
+    /// Sets a number by the name of the [dimension](crate::Dimension) that it is: one of a list (`radii[1]`), one of the
+    /// table of that name (`bore.radius`), or a parameter of its own. A list has no uncertainties.
+    pub fn set_number(&mut self, name: &str, value: f64, u: f64) {
+        for (known, of_known) in &mut self.0 {
+            match of_known {
+                Value::Numbers(numbers) => {
+                    let index = name.strip_prefix(known.as_str()).and_then(|rest| rest.strip_prefix('['));
+                    let index = index.and_then(|rest| rest.strip_suffix(']')?.parse::<usize>().ok());
+                    if let Some(number) = index.and_then(|index| numbers.get_mut(index)) {
+                        *number = value;
+                        return;
+                    }
+                }
+                Value::Tables(tables) => {
+                    let of = |table: &&mut Self| {
+                        name.strip_prefix(table.word("name")).is_some_and(|rest| rest.starts_with('.'))
+                    };
+                    if let Some(table) = tables.iter_mut().find(of) {
+                        let key = name.rsplit_once('.').map_or(name, |(_, key)| key);
+                        table.set(key, Value::Number { value, u });
+                        return;
+                    }
+                }
+                _ => {}
+            }
+        }
+        self.set(name, Value::Number { value, u });
+    }
+
     /// The value of that name.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&Value> {

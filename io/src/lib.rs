@@ -3,7 +3,7 @@
 //! * [`Measurement`]: fixture, probe and touches from TOML or JSON;
 //! * [`parameter`]: parameters of plugins from arguments;
 //! * [`table`]: touch tables (CSV), read row by row;
-//! * [`solution`] and [`refusal`]: the JSON of a frame, and of an error;
+//! * [`solution`], [`calibration`] and [`refusal`]: the JSON of a frame, of a calibration, and of an error;
 //! * [`frame`]: frames as text;
 //! * [`dialect`]: a frame in the words of the machine that will use it;
 //! * [`mod@write`]: measurement files and touch tables as text.
@@ -11,6 +11,7 @@
 //! Whatever is wrong with an input is an [`InputError`] that names the file, line, column and key, and the nearest
 //! right name. Lengths stay in the unit that the file states: nothing is converted, and nothing is guessed.
 
+pub mod calibration;
 pub mod dialect;
 pub mod error;
 pub mod frame;
@@ -25,9 +26,10 @@ mod units;
 mod walk;
 pub mod write;
 
+pub use calibration::CalibrationRecord;
 pub use error::InputError;
 pub use frame::{FrameRecord, read_frame};
-pub use measurement::{Measurement, TouchRecord, TouchSource, Touches};
+pub use measurement::{Measurement, PlacementSource, PlacementTouches, TouchRecord, TouchSource, Touches};
 pub use refusal::ErrorRecord;
 pub use solution::SolutionRecord;
 pub use source::{Input, Place};

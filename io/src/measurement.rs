@@ -40,6 +40,17 @@ pub enum TouchSource {
     Table(Input),
     /// In the measurement itself.
     Listed(Vec<TouchRecord>),
+    /// Of many placements of the fixture; each in a table or listed.
+    Placed(Vec<PlacementSource>),
+}
+
+/// One placement of the fixture, and where its touches are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlacementSource {
+    /// What the user calls it.
+    pub name: Option<String>,
+    /// Its touches.
+    pub touches: TouchSource,
 }
 
 /// One touch as a file states it.
@@ -74,6 +85,15 @@ pub struct Touches {
     pub warnings: Vec<Warning>,
 }
 
+/// One placement of the fixture, its touches read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlacementTouches {
+    /// What the user calls it.
+    pub name: Option<String>,
+    /// Its touches.
+    pub touches: Touches,
+}
+
 /// The text behind a measurement, and where in it the names stand that are resolved later.
 #[derive(Debug, PartialEq)]
 struct Origin {
@@ -81,8 +101,8 @@ struct Origin {
     fixture: Range<usize>,
     kind: Range<usize>,
     parameters: Vec<parameter::Written>,
-    /// The surface of each listed touch.
-    surfaces: Vec<Range<usize>>,
+    /// The surface of each listed touch, by placement.
+    surfaces: Vec<Vec<Range<usize>>>,
 }
 
 impl Measurement {
@@ -248,39 +268,103 @@ impl Measurement {
         }
     }
 
-    /// Reads its touches and finds their surfaces.
+    /// Reads its touches, of one placement, and finds their surfaces.
     ///
     /// # Errors
-    /// `too-few-touches` when there are none, `unknown-surface`, and whatever is wrong with a touch table.
+    /// `too-few-touches` when there are none, `invalid-input` when they are of many placements, `unknown-surface`, and
+    /// whatever is wrong with a touch table.
     pub fn touches(&self, fixture: &dyn Fixture) -> Result<Touches, InputError> {
+        const HELP: &str = "`touchref calibrate` takes many placements; for a frame give the touches of one";
         let touches = match &self.touches {
-            TouchSource::Absent => {
+            TouchSource::Placed(placements) => {
+                let message =
+                    format!("the measurement has {} placements; a frame is that of one", placements.len());
+                return Err(InputError::new("invalid-input", message)
+                    .with_file(self.file())
+                    .with_key("placement")
+                    .with_help(HELP));
+            }
+            one => self.of_placement(fixture, one, 0)?,
+        };
+        let first = touches.records.first().and_then(|record| record.placement.as_ref());
+        let other = touches.records.iter().find(|record| record.placement.as_ref() != first);
+        if let Some(other) = other {
+            let line = other.line.map_or(String::new(), |line| format!(" (from line {line} on)"));
+            let message =
+                format!("{} has touches of many placements{line}; a frame is that of one", touches.file);
+            return Err(InputError::new("invalid-input", message)
+                .with_file(&touches.file)
+                .with_key("placement")
+                .with_help(HELP));
+        }
+        Ok(touches)
+    }
+
+    /// Reads the touches of its placements: sections of the file, or rows of a table by their column `placement`, in the
+    /// order in which they come first.
+    ///
+    /// # Errors
+    /// As [`touches`](Self::touches), and `invalid-input` when they are of one placement only, or a touch of none.
+    pub fn placements(&self, fixture: &dyn Fixture) -> Result<Vec<PlacementTouches>, InputError> {
+        let TouchSource::Placed(sources) = &self.touches else {
+            let all = self.of_placement(fixture, &self.touches, 0)?;
+            return by_placement(&all);
+        };
+        let read = |(index, source): (usize, &PlacementSource)| {
+            let touches = self.of_placement(fixture, &source.touches, index)?;
+            Ok(PlacementTouches { name: source.name.clone(), touches })
+        };
+        sources.iter().enumerate().map(read).collect()
+    }
+
+    /// The touches from one source, that of the placement with this index.
+    fn of_placement(
+        &self,
+        fixture: &dyn Fixture,
+        source: &TouchSource,
+        placement: usize,
+    ) -> Result<Touches, InputError> {
+        let touches = match source {
+            TouchSource::Absent | TouchSource::Placed(_) => {
                 return Err(InputError::new("too-few-touches", "the measurement has no touches").with_help(
                     "list them in the measurement file as [[touch]], name a table there (touches = \"touches.csv\"), \
                      or give one with --touches TABLE",
                 ));
             }
-            TouchSource::Listed(records) => self.listed(fixture, records)?,
+            TouchSource::Listed(records) => self.listed(fixture, records, placement)?,
             TouchSource::Table(input) => from_table(fixture, input)?,
         };
         self.same_certainty(&touches)?;
         Ok(touches)
     }
 
-    fn listed(&self, fixture: &dyn Fixture, records: &[TouchRecord]) -> Result<Touches, InputError> {
+    /// Name of the file, where there is one.
+    fn file(&self) -> &str {
+        self.origin.as_ref().map_or("", |origin| origin.source.name())
+    }
+
+    fn listed(
+        &self,
+        fixture: &dyn Fixture,
+        records: &[TouchRecord],
+        placement: usize,
+    ) -> Result<Touches, InputError> {
+        let within = match &self.touches {
+            TouchSource::Placed(_) => format!("placement[{placement}]."),
+            _ => String::new(),
+        };
+        let surfaces = self.origin.as_ref().and_then(|origin| origin.surfaces.get(placement));
         let mut touches = Vec::with_capacity(records.len());
         for (index, record) in records.iter().enumerate() {
             touches.push(record.touch(fixture).map_err(|error| {
-                let error = InputError::from(error).with_key(format!("touch[{index}].surface"));
-                match &self.origin {
-                    Some(origin) if index < origin.surfaces.len() => {
-                        error.at(origin.source.place(origin.surfaces[index].clone()))
-                    }
+                let error = InputError::from(error).with_key(format!("{within}touch[{index}].surface"));
+                match (&self.origin, surfaces.and_then(|surfaces| surfaces.get(index))) {
+                    (Some(origin), Some(span)) => error.at(origin.source.place(span.clone())),
                     _ => error,
                 }
             })?);
         }
-        let file = self.origin.as_ref().map_or(String::new(), |origin| origin.source.name().to_owned());
+        let file = self.file().to_owned();
         Ok(Touches { records: records.to_vec(), touches, file, warnings: Vec::new() })
     }
 
@@ -345,6 +429,37 @@ impl From<TouchError> for InputError {
 /// A fixture, in a message about its parameters.
 fn told(plugin: &FixturePlugin) -> String {
     format!("fixture `{}`", plugin.name)
+}
+
+/// Groups the touches of a table.
+fn by_placement(all: &Touches) -> Result<Vec<PlacementTouches>, InputError> {
+    let mut placements: Vec<PlacementTouches> = Vec::new();
+    for (record, touch) in all.records.iter().zip(&all.touches) {
+        let Some(name) = &record.placement else {
+            let line = record.line.map_or(String::new(), |line| format!("line {line}: "));
+            let message = format!("{line}the touch belongs to no placement");
+            return Err(InputError::new("invalid-input", message)
+                .with_file(&all.file)
+                .with_key("placement")
+                .with_help(
+                    "name placements in a column `placement` of the table, or by [[placement]] in the file; \
+                     `touchref locate` takes the touches of one placement",
+                ));
+        };
+        let known = placements.iter().position(|placement| placement.name.as_ref() == Some(name));
+        let index = known.unwrap_or_else(|| {
+            let touches = Touches { file: all.file.clone(), ..Touches::default() };
+            placements.push(PlacementTouches { name: Some(name.clone()), touches });
+            placements.len() - 1
+        });
+        placements[index].touches.records.push(record.clone());
+        placements[index].touches.touches.push(*touch);
+    }
+    // What is to be known of the table is to be known once.
+    if let Some(first) = placements.first_mut() {
+        first.touches.warnings.clone_from(&all.warnings);
+    }
+    Ok(placements)
 }
 
 fn from_table(fixture: &dyn Fixture, input: &Input) -> Result<Touches, InputError> {

@@ -75,9 +75,15 @@ pub struct Findings {
     /// What is missing, in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missing: Option<String>,
+    /// The placement concerned, where there are many.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub placement: Option<ConcernedPlacement>,
     /// The touches concerned.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub touches: Vec<ConcernedTouch>,
+    /// The parameters that are not told, or not apart.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parameters: Vec<String>,
     /// How many of the unknowns the touches determine.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rank: Option<usize>,
@@ -114,6 +120,15 @@ pub struct Findings {
     /// What the touches see at the best candidate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub observability: Option<ObservabilityRecord>,
+}
+
+/// A placement that a refusal is about.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ConcernedPlacement {
+    /// Which one, from 0.
+    pub index: usize,
+    /// What the user calls it.
+    pub name: Option<String>,
 }
 
 /// A touch that a refusal is about.

@@ -112,7 +112,7 @@ impl SolutionRecord {
 }
 
 /// The number, if there is one to write.
-fn finite(value: f64) -> Option<f64> {
+pub(crate) fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
@@ -183,7 +183,7 @@ pub struct ResidualRecord {
 }
 
 impl ResidualRecord {
-    fn new(index: usize, touch: &TouchRecord, residual: &Residual) -> Self {
+    pub(crate) fn new(index: usize, touch: &TouchRecord, residual: &Residual) -> Self {
         Self {
             index,
             id: touch.id.clone(),

@@ -17,7 +17,7 @@ use touchref_core::{
 use crate::{
     cover::Cover,
     levenberg_marquardt::{Descent, STEPS, descend_unless, settle},
-    model::{Model, SquareRoot, Unknowns},
+    model::{Model, Normal, SquareRoot, Unknowns},
     words::short,
 };
 
@@ -29,7 +29,7 @@ pub(crate) static AMBIGUOUS: Level = Level::new(1e-6);
 /// needs a noise draw of 5.3 standard deviations along the worst direction.
 const CURVATURE: f64 = 0.3;
 /// The 1e-9 level of six degrees of freedom, in standard deviations: how far the quadratic model must hold.
-const REACH: f64 = 7.3;
+pub(crate) const REACH: f64 = 7.3;
 /// The misfit's rise there, as a part of the predicted one.
 const RISE: [f64; 2] = [0.55, 3.0];
 /// Minima nearer than this (standard deviations) are one.
@@ -39,7 +39,7 @@ pub(crate) const SAME_PLACE: f64 = 1e-7;
 /// Sine of the angle by which an approach may point out of its surface: a grazing touch.
 const APPROACH_SLACK: f64 = 0.087;
 /// A motion whose standard deviation exceeds this part of the fixture's size (radians, for a turn) is as good as free.
-const FREE: f64 = 0.05;
+pub(crate) const FREE: f64 = 0.05;
 /// It is the layout's fault, not the noise's, when the condition exceeds this.
 const WEAK: f64 = 100.0;
 /// Touches nearer together than this part of the fixture's size may be in another unit, where nothing else tells.
@@ -190,7 +190,7 @@ impl<const P: usize> Minima<'_, '_, P> {
         const END: f64 = 1.0;
         /// Ends that do not settle: of more, those as low as the lowest are taken to lie in one valley.
         const MANY: usize = 20;
-        let (mut valley, mut unsettled): (Option<Descent<P>>, usize) = (None, 0);
+        let (mut valley, mut unsettled): (Option<Descent<Normal<P>>>, usize) = (None, 0);
         let cover = Cover::of(self.model.problem);
         let apart = self.apart;
         let within = |part: f64| move |minimum: &Minimum| apart.max(part * minimum.chi_square.sqrt());
@@ -232,7 +232,7 @@ impl<const P: usize> Minima<'_, '_, P> {
 
     /// Descends from a start, unless that leads into the basin of a known minimum: `within` so many of the problem's
     /// sigmas.
-    fn descend(&self, start: &Frame, within: impl Fn(&Minimum) -> f64) -> Option<Descent<P>> {
+    fn descend(&self, start: &Frame, within: impl Fn(&Minimum) -> f64) -> Option<Descent<Normal<P>>> {
         let size = self.model.problem.fixture().size();
         let arrived = |state: &Unknowns, chi_square: f64| {
             let frame = standing(self.model.problem, state.frame);

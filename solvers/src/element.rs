@@ -199,10 +199,10 @@ impl Misfit<'_> {
     }
 }
 
-impl<const P: usize> SumOfSquares<P> for Misfit<'_> {
+impl<const P: usize> SumOfSquares<Normal<P>> for Misfit<'_> {
     type At = State;
 
-    fn normal_equations(&self, at: &State) -> Normal<P> {
+    fn linear(&self, at: &State) -> Normal<P> {
         let mut normal = Normal::NOTHING;
         for point in self.points {
             normal.add(&self.row(at, point));
@@ -257,14 +257,14 @@ impl Cloud {
         let mut ends: Vec<State> = Vec::new();
         let mut minima: Vec<(State, f64)> = Vec::new();
         for start in self.starts(kind) {
-            let end = standard(kind, descend::<P, State>(&misfit, start).at);
+            let end = standard(kind, descend::<Normal<P>, State>(&misfit, start).at);
             if !is_bounded(&end) || ends.iter().any(|other| distance(other, &end) < SAME) {
                 continue;
             }
             ends.push(end);
             let Some(at) = settled::<P>(&misfit, end) else { continue };
             if !minima.iter().any(|(other, _)| distance(other, &at) < SAME) {
-                minima.push((at, SumOfSquares::<P>::normal_equations(&misfit, &at).chi_square));
+                minima.push((at, SumOfSquares::<Normal<P>>::linear(&misfit, &at).chi_square));
             }
         }
         minima.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -294,13 +294,13 @@ impl Cloud {
             qr.q_tr_mul(&mut residuals);
             let step = r.solve_upper_triangular(&residuals.rows(0, P))?;
             let step: [f64; P] = std::array::from_fn(|i| -step[i]);
-            let length = SumOfSquares::<P>::length(misfit, &step);
+            let length = SumOfSquares::<Normal<P>>::length(misfit, &step);
             // It no longer shrinks: rounding.
             if length >= last || length <= f64::EPSILON {
                 let inverse = r.try_inverse()?;
                 return Some(Minimum { at, square, covariance: &inverse * inverse.transpose() });
             }
-            at = standard(misfit.kind, SumOfSquares::<P>::moved(misfit, &at, &step));
+            at = standard(misfit.kind, SumOfSquares::<Normal<P>>::moved(misfit, &at, &step));
             last = length;
         }
     }
@@ -454,7 +454,7 @@ fn settled<const P: usize>(misfit: &Misfit<'_>, from: State) -> Option<State> {
     const SHORT: f64 = 1e-9;
     /// Of the central differences.
     const DIFFERENCE: f64 = 1e-6;
-    let gradient = |at: &State| SumOfSquares::<P>::normal_equations(misfit, at).gradient;
+    let gradient = |at: &State| SumOfSquares::<Normal<P>>::linear(misfit, at).gradient;
     let mut at = from;
     for _ in 0..STEPS {
         let beside = |j: usize, by: f64| {
@@ -477,7 +477,7 @@ fn settled<const P: usize>(misfit: &Misfit<'_>, from: State) -> Option<State> {
         if !is_bounded(&at) {
             return None;
         }
-        if SumOfSquares::<P>::length(misfit, &step) < SHORT {
+        if SumOfSquares::<Normal<P>>::length(misfit, &step) < SHORT {
             return Some(at);
         }
     }

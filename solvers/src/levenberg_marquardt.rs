@@ -82,24 +82,58 @@ pub struct Progress {
     pub taken: bool,
 }
 
-/// A sum of squares over `P` unknowns that a descent can lower.
-pub(crate) trait SumOfSquares<const P: usize> {
+/// A sum of squares that a descent can lower, its residuals made linear as an `L`.
+pub(crate) trait SumOfSquares<L: Linear> {
     /// Values of the unknowns.
-    type At: Copy;
-    /// Residuals, their derivatives and squares there, as normal equations.
-    fn normal_equations(&self, at: &Self::At) -> Normal<P>;
+    type At: Clone;
+    /// Residuals, their derivatives and squares there.
+    fn linear(&self, at: &Self::At) -> L;
     /// Moved by a step in the unknowns.
-    fn moved(&self, at: &Self::At, step: &[f64; P]) -> Self::At;
+    fn moved(&self, at: &Self::At, step: &L::Step) -> Self::At;
     /// Length of a step: lengths in parts of the size of what is measured, plus radians.
-    fn length(&self, step: &[f64; P]) -> f64;
+    fn length(&self, step: &L::Step) -> f64;
 }
 
-impl<const P: usize> SumOfSquares<P> for Model<'_, P> {
+/// Residuals made linear in the unknowns: what a step is computed from.
+pub(crate) trait Linear {
+    /// A step in the unknowns.
+    type Step;
+    /// Sum of the squares.
+    fn chi_square(&self) -> f64;
+    /// Largest cosine between the residuals and a column of the Jacobian.
+    fn cosine(&self) -> f64;
+    /// The step under Marquardt's damping and, as far as that is none, the decrease it predicts; `None` where the
+    /// unknowns are not determined.
+    fn damped_step(&self, damping: f64) -> Option<(Self::Step, f64)>;
+}
+
+impl<const P: usize> Linear for Normal<P> {
+    type Step = [f64; P];
+
+    #[inline]
+    fn chi_square(&self) -> f64 {
+        self.chi_square
+    }
+
+    #[inline]
+    fn cosine(&self) -> f64 {
+        Normal::cosine(self)
+    }
+
+    #[inline]
+    fn damped_step(&self, damping: f64) -> Option<([f64; P], f64)> {
+        let step = damped_step(self, damping)?;
+        let decrease = -step.iter().zip(&self.gradient).map(|(x, g)| x * g).sum::<f64>();
+        Some((step, decrease))
+    }
+}
+
+impl<const P: usize> SumOfSquares<Normal<P>> for Model<'_, P> {
     type At = Unknowns;
 
     #[inline]
-    fn normal_equations(&self, at: &Unknowns) -> Normal<P> {
-        Model::normal_equations(self, at)
+    fn linear(&self, at: &Unknowns) -> Normal<P> {
+        self.normal_equations(at)
     }
 
     #[inline]
@@ -115,9 +149,10 @@ impl<const P: usize> SumOfSquares<P> for Model<'_, P> {
 
 /// A descent under way.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Descent<const P: usize, At = Unknowns> {
+pub(crate) struct Descent<L, At = Unknowns> {
     pub(crate) at: At,
-    normal: Normal<P>,
+    linear: L,
+    chi_square: f64,
     damping: f64,
     /// Whether no step was taken yet.
     first: bool,
@@ -125,60 +160,62 @@ pub(crate) struct Descent<const P: usize, At = Unknowns> {
     pub(crate) steps: usize,
 }
 
-impl<const P: usize, At: Copy> Descent<P, At> {
-    pub(crate) fn from(model: &impl SumOfSquares<P, At = At>, start: At) -> Self {
-        Self { at: start, normal: model.normal_equations(&start), damping: DAMPING, first: true, steps: 0 }
+impl<L: Linear, At: Clone> Descent<L, At> {
+    pub(crate) fn from(model: &impl SumOfSquares<L, At = At>, start: At) -> Self {
+        let linear = model.linear(&start);
+        let chi_square = linear.chi_square();
+        Self { at: start, linear, chi_square, damping: DAMPING, first: true, steps: 0 }
     }
 
     /// Squared misfit where it is.
     #[inline]
     pub(crate) fn chi_square(&self) -> f64 {
-        self.normal.chi_square
+        self.chi_square
     }
 
     /// Tries one step; says why the descent is over, if it is.
     #[inline]
-    pub(crate) fn advance(&mut self, model: &impl SumOfSquares<P, At = At>) -> (Progress, Option<Stop>) {
+    pub(crate) fn advance(&mut self, model: &impl SumOfSquares<L, At = At>) -> (Progress, Option<Stop>) {
         self.steps += 1;
-        let before = self.normal.chi_square;
-        let gradient = self.normal.cosine();
+        let before = self.chi_square;
+        let gradient = self.linear.cosine();
         let mut progress =
             Progress { chi_square: before, gradient, step: 0.0, damping: self.damping, taken: false };
         if gradient <= GRADIENT {
             return (progress, Some(Stop::Gradient));
         }
-        let Some(mut step) = damped_step(&self.normal, self.damping) else {
+        let Some((mut step, mut decrease)) = self.linear.damped_step(self.damping) else {
             return (progress, self.damp());
         };
         let mut length = model.length(&step);
         if self.first && length > FAR {
             self.damping = FAR_DAMPING;
             (progress.damping, self.first) = (self.damping, false);
-            let Some(shorter) = damped_step(&self.normal, self.damping) else {
+            let Some(shorter) = self.linear.damped_step(self.damping) else {
                 return (progress, self.damp());
             };
-            step = shorter;
+            (step, decrease) = shorter;
             length = model.length(&step);
         }
         progress.step = length;
-        let decrease = -step.iter().zip(&self.normal.gradient).map(|(x, g)| x * g).sum::<f64>();
         let next = model.moved(&self.at, &step);
         let nearly_undamped = self.damping <= 0.1;
         if nearly_undamped && decrease <= COST * before {
             // The quadratic model is true to far better than what is left.
-            (self.at, self.normal.chi_square) = (next, before - decrease);
-            (progress.chi_square, progress.taken) = (self.normal.chi_square, true);
+            (self.at, self.chi_square) = (next, before - decrease);
+            (progress.chi_square, progress.taken) = (self.chi_square, true);
             return (progress, Some(Stop::Cost));
         }
-        let next_normal = model.normal_equations(&next);
-        let downhill = next_normal.chi_square < before;
+        let linear = model.linear(&next);
+        let downhill = linear.chi_square() < before;
         // Too short a step for rounding to tell up from down: take whichever is lower, and be done.
         let short = length <= STEP;
         if downhill {
-            (self.at, self.normal, self.first) = (next, next_normal, false);
+            self.chi_square = linear.chi_square();
+            (self.at, self.linear, self.first) = (next, linear, false);
             self.damping *= FALL[usize::from(length <= LONG)];
         }
-        (progress.chi_square, progress.taken) = (self.normal.chi_square, downhill);
+        (progress.chi_square, progress.taken) = (self.chi_square, downhill);
         if short {
             return (progress, Some(Stop::Step));
         }
@@ -193,10 +230,10 @@ impl<const P: usize, At: Copy> Descent<P, At> {
 }
 
 /// Descends from `start` to a local minimum of the squared misfit.
-pub(crate) fn descend<const P: usize, At: Copy>(
-    model: &impl SumOfSquares<P, At = At>,
+pub(crate) fn descend<L: Linear, At: Clone>(
+    model: &impl SumOfSquares<L, At = At>,
     start: At,
-) -> Descent<P, At> {
+) -> Descent<L, At> {
     let mut descent = Descent::from(model, start);
     for _ in 0..STEPS {
         if descent.advance(model).1.is_some() {
@@ -213,7 +250,7 @@ pub(crate) fn descend_unless<const P: usize>(
     model: &Model<'_, P>,
     start: Unknowns,
     arrived: impl Fn(&Unknowns, f64) -> bool,
-) -> Option<Descent<P>> {
+) -> Option<Descent<Normal<P>>> {
     let mut descent = Descent::from(model, start);
     for _ in 0..STEPS {
         if arrived(&descent.at, descent.chi_square()) {
@@ -229,8 +266,7 @@ pub(crate) fn descend_unless<const P: usize>(
 /// The sum of squares that no unknown could take up were the residuals linear; infinite where they leave one free.
 pub(crate) fn linear_minimum<const P: usize>(model: &Model<'_, P>, at: &Unknowns) -> f64 {
     let normal = model.normal_equations(at);
-    let Some(step) = damped_step(&normal, 0.0) else { return f64::INFINITY };
-    let taken = -step.iter().zip(&normal.gradient).map(|(x, g)| x * g).sum::<f64>();
+    let Some((_, taken)) = normal.damped_step(0.0) else { return f64::INFINITY };
     (normal.chi_square - taken).max(0.0)
 }
 

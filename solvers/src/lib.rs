@@ -23,6 +23,7 @@
 //! none is stated they are the answer.
 
 pub(crate) mod acceptance;
+pub mod bundle;
 pub mod closed_form;
 pub(crate) mod cover;
 pub mod element;

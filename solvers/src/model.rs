@@ -395,10 +395,25 @@ impl<'a, const P: usize> Model<'a, P> {
     /// Upper triangular `r` with `r^T r = J^T W J`, and `q` with `r^T q = J^T W residuals`, by Householder reflections
     /// of a block of rows at a time: accurate where the normal equations would square the condition.
     pub(crate) fn square_root(&self, state: &Unknowns) -> SquareRoot<P> {
+        self.square_root_of(state, |gradient| *gradient)
+    }
+
+    /// The same with the unknowns in the order `[translation, rotation, extras..]`: the last rows are the information
+    /// about the extras, the frame eliminated.
+    pub(crate) fn square_root_frame_first(&self, state: &Unknowns) -> SquareRoot<P> {
+        self.square_root_of(state, |gradient| {
+            let mut gradient = *gradient;
+            gradient.rotate_left(P - 6);
+            gradient
+        })
+    }
+
+    #[inline]
+    fn square_root_of(&self, state: &Unknowns, ordered: impl Fn(&[f64; P]) -> [f64; P]) -> SquareRoot<P> {
         let mut root = SquareRoot { r: [[0.0; P]; P], q: [0.0; P], freedom: self.freedom };
         let (mut block, mut rows) = (Block::EMPTY, 0);
         let mut take = |row: &Row<P>| {
-            block.set(rows, row);
+            block.set(rows, &Row { gradient: ordered(&row.gradient), ..*row });
             rows += 1;
             if rows == ROWS {
                 root.absorb(&mut block);
@@ -524,13 +539,59 @@ impl<const P: usize> Block<P> {
 /// Triangular square root of the information.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SquareRoot<const P: usize> {
-    r: [[f64; P]; P],
-    q: [f64; P],
+    pub(crate) r: [[f64; P]; P],
+    pub(crate) q: [f64; P],
     /// Motions of the frame whose rows and columns are zero.
     freedom: Freedom,
 }
 
 impl<const P: usize> SquareRoot<P> {
+    /// Squared length of a column of the Jacobian.
+    pub(crate) fn column_square(&self, column: usize) -> f64 {
+        self.r.iter().map(|row| row[column] * row[column]).sum()
+    }
+
+    /// Half the slope of the squared misfit.
+    pub(crate) fn gradient(&self) -> [f64; P] {
+        std::array::from_fn(|column| (0..=column).map(|row| self.r[row][column] * self.q[row]).sum())
+    }
+
+    /// The step of the first six unknowns, the frame, that minimises the misfit once the others have made theirs; `None` where it is
+    /// not determined.
+    pub(crate) fn six_after(&self, others: &[f64; P]) -> Option<[f64; P]> {
+        let mut step = *others;
+        for i in (0..6).rev().filter(|i| !self.freedom.is_free(*i)) {
+            let known: f64 = (i + 1..P).map(|j| self.r[i][j] * step[j]).sum();
+            step[i] = -(self.q[i] + known) / self.r[i][i];
+        }
+        step.iter().all(|v| v.is_finite()).then_some(step)
+    }
+
+    /// Covariance of the first six unknowns, where that of the others is known.
+    pub(crate) fn six_covariance(&self, others: &SMatrix<f64, P, P>) -> Matrix6<f64> {
+        // A motion that the fixture leaves free has nothing to do with the others, and no variance.
+        let seen = |i: usize, j: usize| f64::from(u8::from(i == j && !self.freedom.is_free(i)));
+        let r = Matrix6::from_fn(|i, j| if i == j && self.freedom.is_free(i) { 1.0 } else { self.r[i][j] });
+        let border = SMatrix::<f64, 6, P>::from_fn(|i, j| if j < 6 { 0.0 } else { self.r[i][j] });
+        let (Some(inverse), Some(border)) =
+            (r.solve_upper_triangular(&Matrix6::from_fn(seen)), r.solve_upper_triangular(&border))
+        else {
+            return Matrix6::repeat(f64::INFINITY);
+        };
+        inverse * inverse.transpose() + border * others * border.transpose()
+    }
+
+    /// With Marquardt's `damping` of the first six unknowns.
+    pub(crate) fn with_six_damped(&self, damping: f64) -> Self {
+        let mut block = Block::EMPTY;
+        for column in 0..6 {
+            block.gradients[column][column] = (damping * self.column_square(column)).sqrt();
+        }
+        let mut damped = *self;
+        damped.absorb(&mut block);
+        damped
+    }
+
     /// Takes in a block of observations: column by column, a reflection that turns the block's part into nothing and
     /// leaves a positive diagonal.
     #[allow(clippy::needless_range_loop)] // Triangular indices read as in the books.

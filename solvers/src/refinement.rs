@@ -32,7 +32,7 @@ use touchref_core::{Frame, Iteration, Problem, SolveError};
 pub use crate::levenberg_marquardt::{Progress, Stop};
 use crate::{
     levenberg_marquardt::{Descent, STEPS, polish},
-    model::{Extra, Model, SquareRoot, Unknowns, uncertain, with_unknowns},
+    model::{Extra, Model, Normal, SquareRoot, Unknowns, uncertain, with_unknowns},
 };
 
 /// argmin's state of the iteration: the unknowns, and in the place of the gradient the [`Progress`] of the last step.
@@ -69,7 +69,7 @@ impl<const P: usize> CostFunction for Misfit<'_, P> {
 /// rather than in argmin's state, which is moved several times an iteration.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LevenbergMarquardt<const P: usize> {
-    descent: Option<Descent<P>>,
+    descent: Option<Descent<Normal<P>>>,
     stop: Option<Stop>,
 }
 
@@ -213,6 +213,9 @@ pub(crate) struct Ended<const P: usize> {
     pub(crate) iteration: Iteration,
 }
 
+/// Undamped steps longer than this (standard deviations) do not tell a minimum.
+pub(crate) const SETTLED: f64 = 1e-3;
+
 /// The very minimum near where a descent ended, or why there is none.
 fn ended<const P: usize>(
     model: &Model<'_, P>,
@@ -220,8 +223,6 @@ fn ended<const P: usize>(
     steps: usize,
     stop: Option<Stop>,
 ) -> Result<Ended<P>, SolveError> {
-    /// Undamped steps longer than this (standard deviations) do not tell a minimum.
-    const SETTLED: f64 = 1e-3;
     let (at, root) = polish(model, *at);
     let chi_square = model.chi_square(&at);
     let stop = stop.unwrap_or(Stop::Iterations);

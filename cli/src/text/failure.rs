@@ -5,7 +5,7 @@ use std::fmt;
 use miette::{Diagnostic, MietteHandler, MietteHandlerOpts, ReportHandler};
 use touchref::{
     SolveError,
-    io::refusal::{ErrorDetails, Findings},
+    io::refusal::{ConcernedPlacement, ErrorDetails, Findings},
 };
 
 use super::{
@@ -13,13 +13,14 @@ use super::{
     sheet::{BAD, Sheet},
     solution::{condition, roots},
 };
-use crate::failure::{Failure, Refused};
+use crate::failure::{Failure, Refused, Uncalibrated};
 
 /// A failure, for standard error.
 pub(crate) fn failure(failure: &Failure, look: Look) -> String {
     match failure {
         Failure::Input(error) => diagnostic(error, look),
         Failure::Refused(refused) => refusal(refused, &failure.record().error, look),
+        Failure::Uncalibrated(refused) => uncalibrated(refused, &failure.record().error, look),
         Failure::Undetermined(error) => {
             let mut sheet = Sheet::new(look);
             sheet.verdict(BAD, "No surface to trust:", &error.to_string());
@@ -58,11 +59,7 @@ fn refusal(refused: &Refused, details: &ErrorDetails, look: Look) -> String {
     let verdict = if refused.error.is_input_error() { "No frame:" } else { "No frame to trust:" };
     sheet.verdict(BAD, verdict, &details.message);
     let findings = &details.findings;
-    for touch in &findings.touches {
-        let id = touch.id.as_ref().map_or(String::new(), |id| format!(" `{id}`"));
-        let line = touch.line.map_or(String::new(), |line| format!(", {} line {line}", refused.file));
-        sheet.prose(&format!("touch {}{id} on {}{line}", touch.index, touch.surface));
-    }
+    touches(&mut sheet, findings, &refused.file);
     if let SolveError::Degenerate(degenerate) = &refused.error {
         sheet.prose(&format!("the touches determine {} of {} motions", degenerate.rank, degenerate.unknowns));
     }
@@ -72,6 +69,30 @@ fn refusal(refused: &Refused, details: &ErrorDetails, look: Look) -> String {
     }
     found(&mut sheet, findings, units);
     sheet.finish()
+}
+
+fn uncalibrated(refused: &Uncalibrated, details: &ErrorDetails, look: Look) -> String {
+    let mut sheet = Sheet::new(look);
+    let verdict = if refused.error.is_input_error() { "No calibration:" } else { "No calibration to trust:" };
+    sheet.verdict(BAD, verdict, &details.message);
+    if let Some(ConcernedPlacement { index, name }) = &details.findings.placement {
+        if let Some(name) = name {
+            sheet.prose(&format!("placement {index} is `{name}`"));
+        }
+        touches(&mut sheet, &details.findings, &refused.placements[*index].touches.file);
+    }
+    sheet.heading("What to do");
+    sheet.prose(&details.help);
+    sheet.finish()
+}
+
+/// The touches that a refusal is about.
+fn touches(sheet: &mut Sheet, findings: &Findings, file: &str) {
+    for touch in &findings.touches {
+        let id = touch.id.as_ref().map_or(String::new(), |id| format!(" `{id}`"));
+        let line = touch.line.map_or(String::new(), |line| format!(", {file} line {line}"));
+        sheet.prose(&format!("touch {}{id} on {}{line}", touch.index, touch.surface));
+    }
 }
 
 fn found(sheet: &mut Sheet, findings: &Findings, units: &str) {

@@ -51,7 +51,7 @@ pub(super) fn condition(trust: &TrustRecord, units: &str) -> String {
 }
 
 /// Fewest digits after the point of a length: what a controller shows.
-fn length_decimals(units: &str) -> usize {
+pub(super) fn length_decimals(units: &str) -> usize {
     match units {
         "um" => 0,
         "m" => 6,

@@ -5,7 +5,7 @@ use std::{ops::Range, path::Path, sync::Arc};
 use nalgebra::Point3;
 use touchref_core::{Noise, Probe, parameters::nearest};
 
-use super::{Measurement, Origin, TouchRecord, TouchSource};
+use super::{Measurement, Origin, PlacementSource, TouchRecord, TouchSource};
 use crate::{
     Input, InputError, Units, parameter,
     source::Source,
@@ -13,8 +13,9 @@ use crate::{
     walk::{Field, Table},
 };
 
-const TOP_KEYS: &[&str] = &["units", "fixture", "probe", "touches", "touch"];
+const TOP_KEYS: &[&str] = &["units", "fixture", "probe", "touches", "touch", "placement"];
 const PROBE_KEYS: &[&str] = &["tip_radius", "sigma"];
+const PLACEMENT_KEYS: &[&str] = &["name", "touches", "touch"];
 const TOUCH_KEYS: &[&str] = &["surface", "at", "id", "sigma", "approach", "covariance"];
 
 /// Reads a measurement from its text; a touch table it names is looked for in `folder`.
@@ -66,11 +67,59 @@ fn read_probe(field: &Field<'_>) -> Result<Probe, InputError> {
     Ok(probe)
 }
 
+/// Of the surface of each touch that is listed.
+type Places = Vec<Range<usize>>;
+
+/// The touches of a measurement, and their places by placement, where there are many.
 fn read_touches(
     source: &Source,
     root: &Table<'_>,
     folder: &Path,
-) -> Result<(TouchSource, Vec<Range<usize>>), InputError> {
+) -> Result<(TouchSource, Vec<Places>), InputError> {
+    const EXPECTED: &str = "a list of placements, [[placement]]";
+    let (touches, surfaces) = read_list_or_table(source, root, folder)?;
+    let Some(placements) = root.get("placement") else { return Ok((touches, vec![surfaces])) };
+    if touches != TouchSource::Absent {
+        return Err(InputError::new(
+            "invalid-input",
+            "touches are given twice: of one placement (`touch`, `touches`) and of many (`[[placement]]`)",
+        )
+        .with_help("move the former under a [[placement]] of their own, or remove them")
+        .with_key("placement")
+        .at(source.place(placements.node.span.clone())));
+    }
+    let (mut read, mut places) = (Vec::<PlacementSource>::new(), Vec::new());
+    for field in placements.list(EXPECTED)? {
+        let table = field.table()?;
+        table.only(PLACEMENT_KEYS)?;
+        let (touches, surfaces) = read_list_or_table(source, &table, folder)?;
+        if matches!(&touches, TouchSource::Absent) || touches == TouchSource::Listed(Vec::new()) {
+            return Err(
+                table.missing("touch", "touches of the placement: [[placement.touch]], or a table `touches`")
+            );
+        }
+        let name = table.get("name");
+        let text = name.as_ref().map(Field::text).transpose()?;
+        if let (Some(field), Some(text)) = (name, text)
+            && read.iter().any(|other| other.name.as_deref() == Some(text))
+        {
+            return Err(field.wrong(&format!("\"{text}\" again"), "a name that no other placement has"));
+        }
+        read.push(PlacementSource { name: text.map(str::to_owned), touches });
+        places.push(surfaces);
+    }
+    if read.is_empty() {
+        return Err(placements.wrong("empty", EXPECTED));
+    }
+    Ok((TouchSource::Placed(read), places))
+}
+
+/// The touches of one placement, in the file itself or in a table that it names.
+fn read_list_or_table(
+    source: &Source,
+    root: &Table<'_>,
+    folder: &Path,
+) -> Result<(TouchSource, Places), InputError> {
     let (table, list) = (root.get("touches"), root.get("touch"));
     match (table, list) {
         (None, None) => Ok((TouchSource::Absent, Vec::new())),
@@ -93,7 +142,7 @@ fn read_touches(
             "the touches are given twice: as a table (`touches`) and as a list (`[[touch]]`)",
         )
         .with_help("remove one of the two")
-        .with_key("touches")
+        .with_key(table.path.clone())
         .at(source.place(table.node.span.clone()))),
     }
 }
@@ -168,6 +217,74 @@ id = "second"
         assert!(
             matches!(touches[1].noise, Noise::Covariance(_)) && touches[1].id.as_deref() == Some("second")
         );
+    }
+
+    #[test]
+    fn placements_are_read() {
+        let text = r#"
+units = "mm"
+fixture.kind = "k"
+[[placement]]
+name = "north"
+touches = "north.csv"
+[[placement]]
+[[placement.touch]]
+surface = "a"
+at = [1, 2, 3]
+"#;
+        let measurement = Measurement::from_text("m.toml", text, Path::new("folder")).unwrap();
+        let TouchSource::Placed(placements) = &measurement.touches else { panic!("there are placements") };
+        assert_eq!(placements[0].name.as_deref(), Some("north"));
+        assert_eq!(placements[0].touches, TouchSource::Table(Input::File("folder/north.csv".into())));
+        let TouchSource::Listed(touches) = &placements[1].touches else { panic!("the touches are listed") };
+        assert_eq!((touches.len(), placements[1].name.as_deref()), (1, None));
+        let json = r#"{"units": "mm", "fixture": {"kind": "k"}, "placement": [{"name": "north", "touches":
+            "north.csv"}, {"touch": [{"surface": "a", "at": [1, 2, 3]}]}]}"#;
+        let json = Measurement::from_text("m.json", json, Path::new("folder")).unwrap();
+        let TouchSource::Placed(same) = &json.touches else { panic!("there are placements") };
+        assert_eq!(same[0], placements[0]);
+    }
+
+    #[test]
+    fn what_is_wrong_with_placements_has_a_place() {
+        const START: &str = "units = \"mm\"\nfixture.kind = \"k\"\n";
+        const TOUCH: &str = "touch = [{ surface = \"a\", at = [1, 2, 3] }]\n";
+        let table = [
+            (format!("{TOUCH}[[placement]]\n{TOUCH}"), "given twice", (4, 1), "placement"),
+            (
+                format!("[[placement]]\n{TOUCH}touches = \"t.csv\""),
+                "given twice",
+                (5, 11),
+                "placement[0].touches",
+            ),
+            (format!("[[placement]]\n{TOUCH}nam = \"n\""), "`nam` is not known", (5, 1), "placement[0].nam"),
+            (
+                "[[placement]]\nname = \"n\"".to_owned(),
+                "`placement[0].touch` is missing",
+                (3, 1),
+                "placement[0].touch",
+            ),
+            (
+                "[[placement]]\ntouch = []".to_owned(),
+                "`placement[0].touch` is missing",
+                (3, 1),
+                "placement[0].touch",
+            ),
+            ("placement = []".to_owned(), "`placement` is empty", (3, 13), "placement"),
+            (
+                format!("[[placement]]\nname = \"n\"\n{TOUCH}[[placement]]\nname = \"n\"\n{TOUCH}"),
+                "`placement[1].name` is \"n\" again",
+                (7, 8),
+                "placement[1].name",
+            ),
+        ];
+        for (text, message, (line, column), key) in table {
+            let error =
+                Measurement::from_text("m.toml", &format!("{START}{text}"), Path::new("")).unwrap_err();
+            assert!(error.to_string().contains(message), "{error}");
+            let place = error.place().unwrap();
+            assert_eq!((place.line, place.column, error.key()), (line, Some(column), Some(key)), "{error}");
+        }
     }
 
     #[test]

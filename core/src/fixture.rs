@@ -25,6 +25,13 @@ pub trait Fixture: fmt::Debug + Send + Sync {
     /// The fewest touches that fix the frame.
     fn requirement(&self) -> &Requirement;
 
+    /// Whether the search of its closed form finds every frame from so many touches on each surface.
+    ///
+    /// A solver that leaves touches out asks with fewer than the requirement, too.
+    fn can_search(&self, counts: &[usize]) -> bool {
+        self.closed_form().is_some() && self.requirement().missing(counts, self.surfaces()).is_none()
+    }
+
     /// A length typical of the fixture: radians times this are comparable with lengths on it.
     fn size(&self) -> f64;
 

@@ -66,20 +66,24 @@ impl Solver for LeastSquares {
         with_unknowns!(extras.len(), P => {
             let model = Model::<P>::new(problem, &extras);
             let judgement = Judgement::of(&model, self.margin)?;
-            Answer { problem, model, judgement }.settle()
+            let (solution, _) = Answer { solver: PLUGIN.name, problem, model, judgement }.settle()?;
+            Ok(solution)
         })
     }
 }
 
 /// The verdict on the minima, to be told.
-struct Answer<'a, 'p, const P: usize> {
-    problem: &'a Problem<'p>,
-    model: Model<'a, P>,
-    judgement: Judgement,
+pub(crate) struct Answer<'a, 'p, const P: usize> {
+    /// Name of the solver.
+    pub(crate) solver: &'static str,
+    pub(crate) problem: &'a Problem<'p>,
+    pub(crate) model: Model<'a, P>,
+    pub(crate) judgement: Judgement,
 }
 
 impl<const P: usize> Answer<'_, '_, P> {
-    fn settle(self) -> Result<Solution, SolveError> {
+    /// The frame as a solution, and all unknowns there; or why it does not stand.
+    pub(crate) fn settle(self) -> Result<(Solution, Unknowns), SolveError> {
         let seen = &self.judgement.observability;
         if seen.rank < 6 {
             return Err(degenerate(seen, rank_lost(seen)));
@@ -98,11 +102,11 @@ impl<const P: usize> Answer<'_, '_, P> {
             chi_square,
             covariance: root.frame_covariance(&at.frame),
         };
-        let mut solution = account.solution(PLUGIN.name, found);
+        let mut solution = account.solution(self.solver, found);
         solution.adjustments = self.adjustments(&at, &root);
         solution.iteration = Some(iteration);
         solution.roots = self.reports(true);
-        Ok(solution)
+        Ok((solution, at))
     }
 
     /// How far the uncertain dimensions and the tip moved.

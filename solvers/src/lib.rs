@@ -29,6 +29,7 @@ pub mod least_squares;
 pub(crate) mod levenberg_marquardt;
 pub(crate) mod model;
 pub mod refinement;
+pub mod robust;
 pub(crate) mod words;
 
 use touchref_core::SolverPlugin;
@@ -38,6 +39,7 @@ pub use closed_form::ClosedFormSolver;
 pub use least_squares::LeastSquares;
 pub use model::{Extra, MAX_EXTRAS, Quantity, Unknowns, uncertain};
 pub use refinement::refine;
+pub use robust::Robust;
 
 /// Every solver of this crate, for programs whose linker drops what was registered.
-pub static ALL: &[&SolverPlugin] = &[&closed_form::PLUGIN, &least_squares::PLUGIN];
+pub static ALL: &[&SolverPlugin] = &[&closed_form::PLUGIN, &least_squares::PLUGIN, &robust::PLUGIN];

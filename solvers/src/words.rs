@@ -34,6 +34,40 @@ pub(crate) fn wanted_dimensions(
     told.collect()
 }
 
+/// Touches by number and surface: "touch 3 on `plane`", "touches 3 on `plane` and 5 on `cylinder`".
+pub(crate) fn touches_in_words(problem: &Problem<'_>, touches: &[usize]) -> String {
+    let surfaces = problem.fixture().surfaces();
+    let told = touches.iter().map(|index| {
+        format!("{} on `{}`", problem.number(*index), surfaces[problem.touches()[*index].surface].name)
+    });
+    format!("touch{} {}", if touches.len() == 1 { "" } else { "es" }, listed(&told.collect::<Vec<_>>()))
+}
+
+/// "a, b and c".
+pub(crate) fn listed(all: &[String]) -> String {
+    joined(all, "and")
+}
+
+/// "a, b or c".
+pub(crate) fn either(all: &[String]) -> String {
+    joined(all, "or")
+}
+
+fn joined(all: &[String], last: &str) -> String {
+    /// More are counted, not told.
+    const MOST: usize = 12;
+    if all.len() > MOST {
+        return format!("{}, {last} one of {} more", all[..MOST].join(", "), all.len() - MOST);
+    }
+    match all {
+        [head @ .., before, end] => {
+            let head: String = head.iter().map(|item| format!("{item}, ")).collect();
+            format!("{head}{before} {last} {end}")
+        }
+        _ => all.concat(),
+    }
+}
+
 /// Four significant digits, without an exponent where that stays readable.
 pub(crate) fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {

@@ -56,8 +56,15 @@ impl<'a> Problem<'a> {
         {
             return Err(TouchError::SigmaMissing { index });
         }
-        let mut problem =
-            Self { fixture, surfaces, touches, numbers: None, probe, near: None, reference_sigma: probe.sigma };
+        let mut problem = Self {
+            fixture,
+            surfaces,
+            touches,
+            numbers: None,
+            probe,
+            near: None,
+            reference_sigma: probe.sigma,
+        };
         if touches.iter().all(states_own) {
             // No single sigma is stated: the root mean square speaks for all.
             let squares = touches.iter().map(|touch| mean_variance(&touch.noise)).sum::<f64>();

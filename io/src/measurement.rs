@@ -12,6 +12,9 @@ use crate::{Input, InputError, Units, parameter, source::Source, table::TableRea
 
 mod file;
 
+/// In the place of a surface's name: that it is not known.
+pub const UNLABELLED: &str = "?";
+
 /// A measurement as its file (or its arguments) states it, in the file's unit.
 ///
 /// Names are not resolved yet: [`fixture`](Self::fixture) builds the fixture and [`touches`](Self::touches) finds its
@@ -45,8 +48,10 @@ pub enum TouchSource {
 /// One touch as a file states it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TouchRecord {
-    /// Name of the surface.
+    /// Name of the surface, or [`UNLABELLED`].
     pub surface: String,
+    /// Whether the file leaves the surface open, and it was found.
+    pub label_found: bool,
     /// Centre of the tip, in the parent.
     pub at: Point3<f64>,
     /// How sure the position is.
@@ -245,37 +250,81 @@ impl Measurement {
     /// Reads its touches and finds their surfaces.
     ///
     /// # Errors
-    /// `too-few-touches` when there are none, `unknown-surface`, and whatever is wrong with a touch table.
+    /// `too-few-touches` when there are none, `unknown-surface`, also where one is [`UNLABELLED`], and whatever is wrong
+    /// with a touch table.
     pub fn touches(&self, fixture: &dyn Fixture) -> Result<Touches, InputError> {
-        let touches = match &self.touches {
+        self.touches_labelled_by(fixture, |records, _| Err(unlabelled(records)))
+    }
+
+    /// The same; where some are [`UNLABELLED`], `label` finds the surface of each. It is handed the touches, and the
+    /// surfaces that are known.
+    ///
+    /// # Errors
+    /// As [`touches`](Self::touches), and what `label` says.
+    pub fn touches_labelled_by<E: From<InputError>>(
+        &self,
+        fixture: &dyn Fixture,
+        label: impl FnOnce(&[TouchRecord], &[Option<usize>]) -> Result<Vec<usize>, E>,
+    ) -> Result<Touches, E> {
+        let mut touches = match &self.touches {
             TouchSource::Absent => {
-                return Err(InputError::new("too-few-touches", "the measurement has no touches").with_help(
+                return Err(E::from(InputError::new("too-few-touches", "the measurement has no touches").with_help(
                     "list them in the measurement file as [[touch]], name a table there (touches = \"touches.csv\"), \
                      or give one with --touches TABLE",
-                ));
+                )));
             }
-            TouchSource::Listed(records) => self.listed(fixture, records)?,
+            TouchSource::Listed(records) => {
+                let file =
+                    self.origin.as_ref().map_or(String::new(), |origin| origin.source.name().to_owned());
+                Touches { records: records.clone(), file, ..Touches::default() }
+            }
             TouchSource::Table(input) => from_table(fixture, input)?,
         };
         self.same_certainty(&touches)?;
+        let mut surfaces = Vec::with_capacity(touches.records.len());
+        for (index, record) in touches.records.iter().enumerate() {
+            let surface =
+                if record.is_labelled() { Some(self.surface_of(fixture, index, record)?) } else { None };
+            surfaces.push(surface);
+        }
+        let found = match surfaces.iter().copied().collect() {
+            Some(all) => all,
+            None => label(&touches.records, &surfaces)?,
+        };
+        let mut told = Vec::new();
+        for (index, (record, surface)) in touches.records.iter_mut().zip(found).enumerate() {
+            if !record.is_labelled() {
+                record.label_found = true;
+                record.surface.clone_from(&fixture.surfaces()[surface].name);
+                told.push(format!("{index} is on `{}`", record.surface));
+            }
+            let TouchRecord { at, noise, approach, .. } = *record;
+            touches.touches.push(Touch { surface, at, noise, approach });
+        }
+        if !told.is_empty() {
+            let message =
+                format!("surfaces that the measurement leaves open were found: touch {}", told.join(", "));
+            touches.warnings.push(Warning { code: "label-found", message });
+        }
         Ok(touches)
     }
 
-    fn listed(&self, fixture: &dyn Fixture, records: &[TouchRecord]) -> Result<Touches, InputError> {
-        let mut touches = Vec::with_capacity(records.len());
-        for (index, record) in records.iter().enumerate() {
-            touches.push(record.touch(fixture).map_err(|error| {
-                let error = InputError::from(error).with_key(format!("touch[{index}].surface"));
-                match &self.origin {
-                    Some(origin) if index < origin.surfaces.len() => {
-                        error.at(origin.source.place(origin.surfaces[index].clone()))
-                    }
-                    _ => error,
+    /// The surface of a touch, found by its name.
+    fn surface_of(
+        &self,
+        fixture: &dyn Fixture,
+        index: usize,
+        record: &TouchRecord,
+    ) -> Result<usize, InputError> {
+        fixture.surface_index(&record.surface).map_err(|error| {
+            let error = InputError::from(error).with_key(format!("touch[{index}].surface"));
+            match &self.origin {
+                Some(origin) if index < origin.surfaces.len() => {
+                    error.at(origin.source.place(origin.surfaces[index].clone()))
                 }
-            })?);
-        }
-        let file = self.origin.as_ref().map_or(String::new(), |origin| origin.source.name().to_owned());
-        Ok(Touches { records: records.to_vec(), touches, file, warnings: Vec::new() })
+                _ => error,
+            }
+        })
     }
 
     /// Either every touch says how sure it is, or the probe does.
@@ -305,6 +354,7 @@ impl TouchRecord {
     pub fn new(surface: &str, at: Point3<f64>) -> Self {
         Self {
             surface: surface.to_owned(),
+            label_found: false,
             at,
             noise: Noise::OfProbe,
             approach: None,
@@ -312,6 +362,12 @@ impl TouchRecord {
             placement: None,
             line: None,
         }
+    }
+
+    /// Whether its surface is stated.
+    #[must_use]
+    pub fn is_labelled(&self) -> bool {
+        self.surface != UNLABELLED
     }
 
     /// The touch for a solver.
@@ -341,14 +397,24 @@ fn told(plugin: &FixturePlugin) -> String {
     format!("fixture `{}`", plugin.name)
 }
 
+/// Touches whose surfaces are open.
+fn unlabelled(records: &[TouchRecord]) -> InputError {
+    let open = records.iter().enumerate().find(|(_, record)| !record.is_labelled());
+    let first = open.map_or(String::new(), |(index, record)| {
+        let line = record.line.map_or(String::new(), |line| format!(" (line {line})"));
+        format!("touch {index}{line} does not say on which surface it is")
+    });
+    InputError::new("unknown-surface", first).with_key("surface").with_help(
+        "name its surface, or solve with `--solver robust`, which finds the surfaces of touches without one",
+    )
+}
+
 fn from_table(fixture: &dyn Fixture, input: &Input) -> Result<Touches, InputError> {
     let names: Vec<&str> = fixture.surfaces().iter().map(|surface| surface.name.as_str()).collect();
     let mut reader = TableReader::open(input, &names)?;
     let mut touches = Touches { file: input.name(), ..Touches::default() };
     for record in &mut reader {
-        let record = record?;
-        touches.touches.push(record.touch(fixture)?);
-        touches.records.push(record);
+        touches.records.push(record?);
     }
     touches.warnings = reader.warnings().to_vec();
     if touches.records.is_empty() {

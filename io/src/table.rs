@@ -11,6 +11,7 @@ use touchref_core::{Noise, Warning, parameters::nearest};
 
 use crate::{
     Input, InputError, TouchRecord,
+    measurement::UNLABELLED,
     source::{Excerpt, Place, not_utf8},
     walk::direction,
 };
@@ -219,7 +220,13 @@ impl TableReader {
 
     fn surface(&self, line: &Line, index: usize) -> Result<String, InputError> {
         let name = self.fields.get(index);
-        let Some(surfaces) = self.surfaces.as_ref().filter(|known| !known.iter().any(|known| known == name))
+        if self.surfaces.is_some() && name.is_empty() {
+            return Ok(UNLABELLED.to_owned());
+        }
+        let Some(surfaces) = self
+            .surfaces
+            .as_ref()
+            .filter(|known| name != UNLABELLED && !known.iter().any(|known| known == name))
         else {
             return Ok(name.to_owned());
         };

@@ -25,6 +25,7 @@
 pub(crate) mod acceptance;
 pub mod closed_form;
 pub mod element;
+pub mod labelling;
 pub mod least_squares;
 pub(crate) mod levenberg_marquardt;
 pub(crate) mod model;

@@ -3,8 +3,8 @@
 //! All touches are solved for as `least-squares` does. When they are consistent nothing is accused, so sound
 //! measurements are accused no oftener than once in a thousand, the level at which that solver calls them inconsistent.
 //!
-//! When they are not, every hypothesis "just these touches are bad" is tried: one touch, then two. The others must be
-//! sound, so a search for all their frames tells whether any fits:
+//! When they are not, every hypothesis "just these touches are bad" is tried: of one touch, and of as many as the
+//! parameter `bad` allows. The others must be sound, so a search for all their frames tells whether any fits:
 //!
 //! | least squared misfit of the others | the hypothesis |
 //! |---|---|
@@ -12,14 +12,15 @@
 //! | above its 1e-6 level, and no frame was missed | is excluded; of true ones, one in a million |
 //! | between, or not to be tested | may be |
 //!
-//! A set of touches is named only when it explains and every other set of its size is excluded; and left out only when
-//! the frame of the others is [accepted](crate#when-a-frame-is-accepted). Otherwise the refusal lists what may be. With
+//! A set of touches is named only when it explains and every other set is excluded, but for those that it is part of; and
+//! left out only when the frame of the others is [accepted](crate#when-a-frame-is-accepted). Otherwise the refusal lists
+//! what may be. With
 //! few touches that is most of them, by nature: a bad touch of seven is noticed, but never told which; three touches on
 //! a plane are one number to a cylinder, so none of them is told from the others (W. Baarda, A testing procedure for use in
 //! geodetic networks, 1968). Subsets are enumerated, not sampled: the answer is exact, and the same every time.
 //!
-//! What is named is the smallest set that explains. More bad touches than redundancy can tell may look like fewer: two on
-//! nine may look like another one.
+//! All this is true if no more than `bad` touches are. Two bad ones of nine may look like a third one; with `bad` = 2
+//! nothing is named then, nor is a single one, as two others might look like it. Fourteen touches tell two.
 //!
 //! A wrong label looks like a bad touch, too. Each touch is tried on each other surface, and the labels of two surfaces
 //! exchanged; what fits then is told, never applied: a label is the user's to correct.
@@ -33,7 +34,7 @@ use crate::{
     acceptance::{Judgement, Margin, Verdict},
     least_squares::Answer,
     model::{Model, uncertain, with_unknowns},
-    words::{either, listed, short, touches_in_words},
+    words::{either, joined, listed, short, touches_in_words},
 };
 
 /// Most hypotheses that are tried: some seconds of work.
@@ -43,8 +44,9 @@ const MOST: usize = 5000;
 const BAD: ParameterSpec = ParameterSpec {
     name: "bad",
     kind: ParameterKind::Choice(&["1", "2", "3"]),
-    default: Some("2"),
-    meaning: "how many touches may be bad at once; more are looked for only where fewer do not explain",
+    default: Some("1"),
+    meaning: "how many touches may be bad at once: a touch is left out only when nothing else explains the \
+              contradiction, be it so many bad ones",
 };
 
 /// The plugin.
@@ -54,9 +56,9 @@ pub static PLUGIN: SolverPlugin = SolverPlugin {
     origin: module_path!(),
     parameters: &[BAD, Margin::SPEC],
     about: "Solves as `least-squares` does; where the touches contradict the fixture, tries every hypothesis that one \
-            touch is bad, then two. The only set of touches without which a frame fits is named and left out, with a \
-            warning; where several may be it, the refusal lists them. Says, too, which labels would make the touches \
-            fit, and finds those of touches whose surface is not known. Wants a sigma. Nine touches (5 + 4, 3 + 3 + 3) \
+            touch is bad (or two, with `bad=2`). The only set of touches without which a frame fits is named and left \
+            out, with a warning; where several may be it, the refusal lists them. Says, too, which labels would make \
+            the touches fit. Wants a sigma. Nine touches (5 + 4, 3 + 3 + 3) \
             are the fewest that can tell any one bad touch.",
     reference: "Baarda, A testing procedure for use in geodetic networks (1968); acceptance: see docs of \
                 touchref-solvers",
@@ -81,7 +83,7 @@ pub struct Robust {
 
 impl Default for Robust {
     fn default() -> Self {
-        Self { bad: 2, margin: Margin::default() }
+        Self { bad: 1, margin: Margin::default() }
     }
 }
 
@@ -167,29 +169,33 @@ struct Suspects {
 impl Inquiry<'_, '_> {
     fn settle(self) -> Result<Solution, SolveError> {
         let total = self.problem.touches().len();
-        let mut cleared = 0;
-        // Without a degree of freedom left, any touches fit.
-        for count in (1..=self.solver.bad).take_while(|count| total > 6 + count) {
-            let sets = subsets(total, count);
-            if sets.clone().nth(MOST).is_some() {
+        // Only the smallest: what more touches are left out of fits no worse.
+        let mut open: Vec<Suspects> = Vec::new();
+        for count in 1..=self.solver.bad {
+            // Without a degree of freedom left, any touches fit.
+            if total <= 6 + count {
+                return Err(self.undecided(&open));
+            }
+            if subsets(total, count).nth(MOST).is_some() {
                 return Err(self.beyond_budget(count));
             }
-            let mut open = Vec::new();
-            for touches in sets {
+            for touches in subsets(total, count) {
+                if open.iter().any(|set| set.touches.iter().all(|touch| touches.contains(touch))) {
+                    continue;
+                }
                 let verdict = self.without(&touches, |rest| Ok(Verdict::of(rest)))?;
                 if verdict != Verdict::Excluded {
                     open.push(Suspects { touches, verdict });
                 }
             }
-            match open.as_slice() {
-                [] => cleared = count,
-                [one] if one.verdict == Verdict::Fits && self.labels_concern_only(&one.touches) => {
-                    return self.leave_out(&one.touches);
-                }
-                _ => return Err(self.undecided(&open)),
-            }
         }
-        Err(self.unexplained(cleared))
+        match open.as_slice() {
+            [] => Err(self.unexplained()),
+            [one] if one.verdict == Verdict::Fits && self.labels_concern_only(&one.touches) => {
+                self.leave_out(&one.touches)
+            }
+            _ => Err(self.undecided(&open)),
+        }
     }
 
     /// What is made of the measurement without some of its touches.
@@ -215,9 +221,14 @@ impl Inquiry<'_, '_> {
             .without(bad, |rest| self.solver.locate(self.problem, rest))
             .map_err(|refusal| without_bad(refusal, &named, bad))?;
         let fit = solution.chi_square.map_or(String::new(), |chi_square| {
-            format!("chi-square {} with {} degrees of freedom", short(chi_square), solution.degrees_of_freedom)
+            format!(
+                "chi-square {} with {} degrees of freedom",
+                short(chi_square),
+                solution.degrees_of_freedom
+            )
         });
-        let others = if bad.len() == 1 { "one touch" } else { "set of as few" };
+        let most = self.solver.bad;
+        let others = if most == 1 { "any other one" } else { "any others" };
         for &index in bad {
             let Residual { length, normalized } = solution.residuals[index];
             let label = self.labels.iter().map(|labels| format!("; {}", labels.in_words(self.problem)));
@@ -225,11 +236,12 @@ impl Inquiry<'_, '_> {
                 code: "touch-excluded",
                 message: format!(
                     "{} is left out as bad: it lies {} off its surface, {} standard deviations; without {} the touches \
-                     fit ({fit}), without any other {others} they do not{}",
+                     fit ({fit}), without {others} they do not; the frame stands if no more than {most} of them {} bad{}",
                     touches_in_words(self.problem, &[index]),
                     short(length),
                     short(normalized.unwrap_or(f64::NAN)),
                     if bad.len() == 1 { "it" } else { &named },
+                    if most == 1 { "is" } else { "are" },
                     label.collect::<String>(),
                 ),
             });
@@ -238,89 +250,77 @@ impl Inquiry<'_, '_> {
         Ok(solution)
     }
 
-    /// Several sets of touches may be bad, or one that is not sure to be.
-    fn undecided(self, open: &[Suspects]) -> SolveError {
-        let mut touches: Vec<usize> = open.iter().flat_map(|set| set.touches.iter().copied()).collect();
-        touches.sort_unstable();
-        touches.dedup();
-        let one_each = open.iter().all(|set| set.touches.len() == 1);
-        let may_be = if one_each {
-            format!("one touch is bad, and it may be {}", either(&self.numbers(&touches)))
-        } else {
-            let sets: Vec<String> = open.iter().map(|set| listed(&self.numbers(&set.touches))).collect();
-            let count = open[0].touches.len();
-            format!("no {} explain it, {count} bad ones do: touches {}", fewer(count), either(&sets))
-        };
-        let untested = open.iter().filter(|set| set.verdict == Verdict::Untested).count();
-        let why = match (open, untested) {
-            ([one], _) if one.verdict == Verdict::Fits => {
-                ", unless labels are wrong".to_owned()
-            }
-            ([_], 0) => ", but hardly: the others do not fit well without it".to_owned(),
-            (_, 0) => ": without each of these the others fit or nearly so".to_owned(),
-            _ => {
-                let those = open.iter().filter(|set| set.verdict == Verdict::Untested);
-                let mut those: Vec<usize> = those.flat_map(|set| set.touches.iter().copied()).collect();
-                those.sort_unstable();
-                those.dedup();
-                format!(
-                    "; without {} there are too few left on a surface to tell",
-                    either(&self.numbers(&those))
-                )
-            }
-        };
-        let help = self.one_more_on(&touches);
-        self.refuse(&format!("{may_be}{why}"), &help, touches)
-    }
-
-    /// No set of touches explains, of those that could be tried: up to so many at once.
-    fn unexplained(self, cleared: usize) -> SolveError {
-        let total = self.problem.touches().len();
-        let all: Vec<usize> = (0..total).collect();
-        if cleared > 0 {
-            let words = format!(
-                "no {} alone explain{} it",
-                if cleared == 1 { "bad touch".to_owned() } else { format!("{cleared} bad touches") },
-                if cleared == 1 { "s" } else { "" }
-            );
-            let more = if total > 7 + cleared && cleared == self.solver.bad {
-                "raise `bad` where more touches may be bad at once".to_owned()
-            } else {
-                self.one_more_on(&all)
-            };
-            return self.refuse(&words, &more, Vec::new());
+    /// Several sets of touches may be bad; or one that is not sure to be.
+    fn undecided(&self, open: &[Suspects]) -> SolveError {
+        let (total, most) = (self.problem.touches().len(), self.solver.bad);
+        let words = |touches: &[usize]| self.numbers(touches);
+        if total <= 6 + most {
+            let bad = if most == 1 { "a bad one is" } else { "so many bad ones are" };
+            let told =
+                format!("of {total} touches {bad} noticed, but never told: the others fit whatever they are");
+            return self.refuse(&told, (0..total).collect());
         }
-        let words = format!(
-            "with {total} touches a bad one is noticed, but never told which: without any one of them the others fit \
-             whatever they are"
-        );
-        let help = self.one_more_on(&all);
-        self.refuse(&words, &help, all)
+        let suspects = union(open.iter());
+        let mut told = if most == 1 {
+            format!("one touch is bad, and it may be {}", either(&words(&suspects)))
+        } else {
+            let sets: Vec<String> = open.iter().map(|set| listed(&words(&set.touches))).collect();
+            format!("up to {most} touches are bad, and they may be {}", joined(&sets, ";", "or"))
+        };
+        let untested = union(open.iter().filter(|set| set.verdict == Verdict::Untested));
+        if !untested.is_empty() {
+            let those = either(&words(&untested));
+            told.push_str(&format!(" (without {those} the others are too few, or too weak, to tell)"));
+        } else if let [one] = open
+            && one.verdict == Verdict::Doubtful
+        {
+            told.push_str(", but the others hardly fit without");
+        }
+        self.refuse(&told, suspects)
     }
 
-    fn beyond_budget(self, count: usize) -> SolveError {
+    /// However many may be bad, the others do not fit.
+    fn unexplained(&self) -> SolveError {
+        let most = self.solver.bad;
+        let bad = if most == 1 {
+            "one bad touch explains".to_owned()
+        } else {
+            format!("{most} bad touches explain")
+        };
+        self.refuse(&format!("no {bad} it"), Vec::new())
+    }
+
+    fn beyond_budget(&self, count: usize) -> SolveError {
         let total = self.problem.touches().len();
-        let words = format!(
-            "to tell which {count} of {total} touches are bad takes more than {MOST} searches, and fewer bad ones do not \
-             explain it"
-        );
-        self.refuse(&words, "measure anew, or solve with part of the touches", Vec::new())
+        let told =
+            format!("which {count} of {total} touches are bad takes more than {MOST} searches to tell");
+        self.refuse(&told, Vec::new())
     }
 
-    /// Which touches would tell more.
-    fn one_more_on(&self, touches: &[usize]) -> String {
-        let fixture = self.problem.fixture();
-        let touched = |surface: &usize| touches.iter().any(|index| self.surface_of(*index) == *surface);
-        let surfaces: Vec<String> = (0..fixture.surfaces().len())
-            .filter(touched)
-            .map(|surface| format!("`{}`", fixture.surfaces()[surface].name))
+    /// What could be done: right labels, and more touches where the suspects are.
+    fn help(&self, suspects: &[usize]) -> String {
+        let mut advice: Vec<String> =
+            self.labels.iter().map(|labels| labels.in_words(self.problem)).collect();
+        let surfaces: Vec<String> = self
+            .problem
+            .fixture()
+            .surfaces()
+            .iter()
+            .enumerate()
+            .filter(|(surface, _)| {
+                suspects.iter().any(|touch| self.problem.touches()[*touch].surface == *surface)
+            })
+            .map(|(_, surface)| format!("`{}`", surface.name))
             .collect();
-        let each = if surfaces.len() == 1 { "" } else { "each of " };
-        format!("one more touch on {each}{} would tell more", listed(&surfaces))
-    }
-
-    fn surface_of(&self, index: usize) -> usize {
-        self.problem.touches()[index].surface
+        match surfaces.as_slice() {
+            [] => advice.push(format!(
+                "where more than {} may be bad, solve with a larger `{}`",
+                self.solver.bad, BAD.name
+            )),
+            [one] => advice.push(format!("one more touch on {one}, away from the others, would tell more")),
+            _ => advice.push(format!("one more touch on each of {} would tell more", listed(&surfaces))),
+        }
+        advice.join("; ")
     }
 
     fn numbers(&self, touches: &[usize]) -> Vec<String> {
@@ -328,30 +328,38 @@ impl Inquiry<'_, '_> {
     }
 
     /// The contradiction, with what was found out.
-    fn refuse(self, words: &str, help: &str, touches: Vec<usize>) -> SolveError {
-        let labels = self.labels.iter().map(|labels| format!("{}; ", labels.in_words(self.problem)));
-        let advice = format!("{}{help}", labels.collect::<String>());
-        match self.contradiction {
+    fn refuse(&self, told: &str, suspects: Vec<usize>) -> SolveError {
+        let advice = self.help(&suspects);
+        match self.contradiction.clone() {
             SolveError::Inconsistent(mut refusal) => {
-                refusal.message = format!("{}; {words}", refusal.message);
+                refusal.message = format!("{}; {told}", refusal.message);
                 refusal.help = format!("{advice}; else {}", refusal.help);
-                refusal.touches = touches;
+                refusal.touches = suspects;
                 SolveError::Inconsistent(refusal)
             }
-            SolveError::InvalidTouches { problem, help, touches: concerned } => SolveError::InvalidTouches {
-                problem: format!("{problem}; {words}"),
+            SolveError::InvalidTouches { problem, help, touches } => SolveError::InvalidTouches {
+                problem: format!("{problem}; {told}"),
                 help: format!("{advice}; else {help}"),
-                touches: if concerned.is_empty() { touches } else { concerned },
+                touches: if suspects.is_empty() { touches } else { suspects },
             },
             other => other,
         }
     }
 }
 
+/// The touches of all these sets.
+fn union<'a>(sets: impl Iterator<Item = &'a Suspects>) -> Vec<usize> {
+    let mut touches: Vec<usize> = sets.flat_map(|set| set.touches.iter().copied()).collect();
+    touches.sort_unstable();
+    touches.dedup();
+    touches
+}
+
 /// A refusal of the touches that are left.
 fn without_bad(refusal: SolveError, named: &str, bad: &[usize]) -> SolveError {
     let told = |mut refusal: Box<touchref_core::Refusal>| {
-        refusal.message = format!("{named} is bad, but without it the frame does not stand: {}", refusal.message);
+        refusal.message =
+            format!("{named} is bad, but without it the frame does not stand: {}", refusal.message);
         refusal.touches = bad.to_vec();
         refusal
     };
@@ -365,10 +373,6 @@ fn without_bad(refusal: SolveError, named: &str, bad: &[usize]) -> SolveError {
         }
         other => other,
     }
-}
-
-fn fewer(count: usize) -> String {
-    if count == 2 { "single touch".to_owned() } else { format!("{} touches", count - 1) }
 }
 
 /// Other labels than the touches have.

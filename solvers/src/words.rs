@@ -45,25 +45,24 @@ pub(crate) fn touches_in_words(problem: &Problem<'_>, touches: &[usize]) -> Stri
 
 /// "a, b and c".
 pub(crate) fn listed(all: &[String]) -> String {
-    joined(all, "and")
+    joined(all, ",", "and")
 }
 
 /// "a, b or c".
 pub(crate) fn either(all: &[String]) -> String {
-    joined(all, "or")
+    joined(all, ",", "or")
 }
 
-fn joined(all: &[String], last: &str) -> String {
-    /// More are counted, not told.
+/// With this mark between them, and this word before the last; of many only the first, and how many more.
+pub(crate) fn joined(all: &[String], mark: &str, last: &str) -> String {
     const MOST: usize = 12;
-    if all.len() > MOST {
-        return format!("{}, {last} one of {} more", all[..MOST].join(", "), all.len() - MOST);
-    }
+    let between = format!("{mark} ");
     match all {
-        [head @ .., before, end] => {
-            let head: String = head.iter().map(|item| format!("{item}, ")).collect();
-            format!("{head}{before} {last} {end}")
+        [head @ .., end] if !head.is_empty() && all.len() <= MOST => {
+            let before = if mark == "," { "" } else { mark };
+            format!("{}{before} {last} {end}", head.join(&between))
         }
+        [_, _, ..] => format!("{}{between}{last} {} more", all[..MOST].join(&between), all.len() - MOST),
         _ => all.concat(),
     }
 }
@@ -86,6 +85,22 @@ pub(crate) fn short(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn lists() {
+        let items: Vec<String> = (0..20).map(|k| k.to_string()).collect();
+        let table = [
+            (0, ""),
+            (1, "0"),
+            (2, "0 or 1"),
+            (3, "0, 1 or 2"),
+            (13, "0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, or 1 more"),
+        ];
+        for (count, expected) in table {
+            assert_eq!(super::either(&items[..count]), expected);
+        }
+        assert_eq!(super::joined(&items[..3], ";", "or"), "0; 1; or 2");
+    }
+
     #[test]
     fn four_digits() {
         let table = [(0.0, "0"), (15.055_472, "15.06"), (0.000_051_234, "0.00005123"), (1.5e9, "1.500e9")];

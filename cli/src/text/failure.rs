@@ -60,7 +60,8 @@ fn refusal(refused: &Refused, details: &ErrorDetails, look: Look) -> String {
     let findings = &details.findings;
     for touch in &findings.touches {
         let id = touch.id.as_ref().map_or(String::new(), |id| format!(" `{id}`"));
-        let line = touch.line.map_or(String::new(), |line| format!(", {} line {line}", refused.file));
+        let file = if refused.file.is_empty() { String::new() } else { format!("{} ", refused.file) };
+        let line = touch.line.map_or(String::new(), |line| format!(", {file}line {line}"));
         sheet.prose(&format!("touch {}{id} on {}{line}", touch.index, touch.surface));
     }
     if let SolveError::Degenerate(degenerate) = &refused.error {

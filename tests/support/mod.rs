@@ -45,7 +45,7 @@ pub fn settings(kind: &str) -> Vec<Parameters> {
 /// Which frame of redundant touches a solver of this name says it finds.
 pub fn claim(solver: &str) -> Claim {
     match solver {
-        "least-squares" => Claim::LeastSquares,
+        "least-squares" | "robust" => Claim::LeastSquares,
         "closed-form" => Claim::LeastSquaresMeasured,
         _ => Claim::Other,
     }

@@ -216,7 +216,8 @@ fn is_well_conditioned(fixture: &dyn Fixture, measurement: &Measurement, assumed
         let minima = minima(&Problem::new(fixture, &rest, *probe).unwrap());
         minima.is_some_and(|minima| minima.iter().all(|end| end.chi_square > level))
     };
-    let rivals = || sets(n, assumed).into_iter().filter(|rival| !bad.iter().all(|touch| rival.contains(touch)));
+    let rivals =
+        || sets(n, assumed).into_iter().filter(|rival| !bad.iter().all(|touch| rival.contains(touch)));
     condition < CONDITION
         && cofactors(&sound, truth).1 < CONDITION
         && rivals().all(|rival| seen_by_theory(&rival))
@@ -240,16 +241,15 @@ fn is_at(fixture: &dyn Fixture, frame: &Frame, truth: &Frame) -> bool {
 
 /// Every frame that comes near touches; `None` where so few, or so weak ones, do not let them all be found.
 fn minima(problem: &Problem<'_>) -> Option<Vec<Minimum>> {
-    /// Of the stated noise: the level that rivals must exceed is as far beyond that of the solver.
-    const FAR: f64 = 2.0;
+    /// Of the stated noise, as the level that rivals must exceed is as far beyond that of the solver.
+    const FAR: f64 = 3.0;
     let mut starts = Vec::new();
     let closed_form = problem.fixture().closed_form().unwrap();
     let complete_up_to = closed_form.candidates(problem, FAR, &mut |frame| starts.push(frame)).ok()?;
     let ends = starts.iter().filter_map(|start| descend(problem, &[], start));
     let ends = ends.filter(|end| problem.fixture().objection(problem, &end.frame).is_none());
-    (complete_up_to > FAR).then(|| ends.collect())
+    (complete_up_to >= FAR).then(|| ends.collect())
 }
-
 
 /// Bad touches of measurements that seven touches make: noticed or not, never named.
 #[test]
@@ -269,7 +269,11 @@ fn seven_touches_never_tell_which_is_bad() {
             Err(SolveError::Inconsistent(refusal)) => {
                 assert_eq!(refusal.touches, [0, 1, 2, 3, 4, 5, 6]);
                 assert!(refusal.message.contains("noticed, but never told"), "{}", refusal.message);
-                assert!(refusal.help.contains("one more touch on each of `cylinder` and `plane`"), "{}", refusal.help);
+                assert!(
+                    refusal.help.contains("one more touch on each of `cylinder` and `plane`"),
+                    "{}",
+                    refusal.help
+                );
                 true
             }
             Err(_) => false,
@@ -281,11 +285,9 @@ fn seven_touches_never_tell_which_is_bad() {
 /// Nine touches tell one bad one wherever theory says so, and never accuse another.
 #[test]
 fn nine_touches_tell_which_is_bad() {
-    for (kind, counts) in [
-        ("cylinder-plane", &[5, 4][..]),
-        ("three-sphere", &[3, 3, 3]),
-        ("cube", &[3, 0, 3, 0, 3, 0]),
-    ] {
+    for (kind, counts) in
+        [("cylinder-plane", &[5, 4][..]), ("three-sphere", &[3, 3, 3]), ("cube", &[3, 0, 3, 0, 3, 0])]
+    {
         let [all, good] = study(kind, counts, 1, 1, trials(400));
         assert_eq!((all.wrongly_named, all.misled), (0, 0));
         // What is not noticed may be wrong, in this solver as in every other; what is named is right.
@@ -317,7 +319,9 @@ fn two_bad_touches_are_told_as_a_pair() {
 fn sound_touches_are_not_accused() {
     const LEVEL: f64 = 1e-3;
     let trials = trials(10_000);
-    for (kind, counts) in [("cylinder-plane", &[5, 4][..]), ("cylinder-plane", &[8, 6]), ("three-sphere", &[3, 3, 3])] {
+    for (kind, counts) in
+        [("cylinder-plane", &[5, 4][..]), ("cylinder-plane", &[8, 6]), ("three-sphere", &[3, 3, 3])]
+    {
         let (fixture, solver) = (fixture(kind), robust(1));
         let outcomes = (0..trials).into_par_iter().map(|trial| {
             let measurement = Measurement::random(&*fixture, counts, 0, trial);
@@ -371,24 +375,32 @@ fn suspects_are_those_of_theory() {
                 Err(SolveError::NotValidated(refusal) | SolveError::Ambiguous(refusal)) => refusal.touches,
                 _ => continue,
             };
-            let what = format!("{kind} {counts:?}, trial {trial}, bad {:?}, {suspects:?}, {left:?}", measurement.bad);
+            let what = format!(
+                "{kind} {counts:?}, trial {trial}, bad {:?}, {suspects:?}, {left:?}",
+                measurement.bad
+            );
             let alike = |rival: &usize| left[*rival] < 1e-9 * OFF * OFF;
             let expected: Vec<usize> = (0..n).filter(alike).collect();
             assert!(expected.iter().all(|rival| suspects.contains(rival)), "{what}");
             never += u32::from(expected.len() > 1);
             let beyond: Vec<usize> = suspects.iter().copied().filter(|rival| !alike(rival)).collect();
-            if beyond.is_empty() { same += 1 } else { more += 1 }
+            if beyond.is_empty() {
+                same += 1
+            } else {
+                more += 1
+            }
             for rival in beyond {
-                let rest = measurement.exact_without(&[rival]);
+                let mut rest = measurement.touches.clone();
+                rest.remove(rival);
                 let rest = Problem::new(&*fixture, &rest, measurement.probe).unwrap();
                 let searched = fixture.can_search(&rest.counts()).then(|| minima(&rest)).flatten();
-                let fits = searched.is_none_or(|minima| {
-                    minima.iter().any(|end| end.chi_square < (level.sqrt() + 5.0).powi(2))
-                });
+                let fits = searched.is_none_or(|minima| minima.iter().any(|end| end.chi_square <= level));
                 assert!(fits, "{what}: {rival}");
             }
         }
-        println!("{kind} {counts:?}: {same} as theory says, {more} with others, in {never} the bad one has equals");
+        println!(
+            "{kind} {counts:?}: {same} as theory says, {more} with others, in {never} the bad one has equals"
+        );
         assert!(same + more > 20);
     }
 }

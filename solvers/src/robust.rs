@@ -102,6 +102,13 @@ impl Solver for Robust {
                 let labels = labels_that_fit(problem)?;
                 Inquiry { solver: self, problem, contradiction, labels }.settle()
             }
+            Err(SolveError::Degenerate(mut details)) => {
+                // Touches of one surface, taken for another's, may leave a motion free.
+                for labels in labels_that_fit(problem)? {
+                    details.help = format!("{}; {}", labels.in_words(problem), details.help);
+                }
+                Err(SolveError::Degenerate(details))
+            }
             outcome => outcome,
         }
     }

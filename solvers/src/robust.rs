@@ -184,7 +184,7 @@ impl Inquiry<'_, '_> {
                 return Err(self.undecided(&open));
             }
             if subsets(total, count).nth(MOST).is_some() {
-                return Err(self.beyond_budget(count));
+                return Err(self.beyond_budget(&open, count));
             }
             for touches in subsets(total, count) {
                 if open.iter().any(|set| set.touches.iter().all(|touch| touches.contains(touch))) {
@@ -198,7 +198,10 @@ impl Inquiry<'_, '_> {
         }
         match open.as_slice() {
             [] => Err(self.unexplained()),
-            [one] if one.verdict == Verdict::Fits && self.labels_concern_only(&one.touches) => {
+            [one]
+                if one.verdict == Verdict::Fits
+                    && self.labels.iter().all(|labels| labels.concern_only(&one.touches)) =>
+            {
                 self.leave_out(&one.touches)
             }
             _ => Err(self.undecided(&open)),
@@ -217,41 +220,30 @@ impl Inquiry<'_, '_> {
         make(&part(self.problem, &touches, &numbers)?)
     }
 
-    fn labels_concern_only(&self, touches: &[usize]) -> bool {
-        self.labels.iter().all(|labels| matches!(labels, Labels::Of { touch, .. } if touches.contains(touch)))
-    }
-
     /// The frame without the touches that are bad.
     fn leave_out(&self, bad: &[usize]) -> Result<Solution, SolveError> {
-        let named = touches_in_words(self.problem, bad);
-        let mut solution = self
-            .without(bad, |rest| self.solver.locate(self.problem, rest))
-            .map_err(|refusal| without_bad(refusal, &named, bad))?;
-        let fit = solution.chi_square.map_or(String::new(), |chi_square| {
-            format!(
-                "chi-square {} with {} degrees of freedom",
-                short(chi_square),
-                solution.degrees_of_freedom
-            )
-        });
+        let mut solution = self.without(bad, |rest| {
+            let outcome = self.solver.locate(self.problem, rest);
+            outcome.map_err(|refusal| without_bad(refusal, &touches_in_words(self.problem, bad), bad))
+        })?;
         let most = self.solver.bad;
-        let others = if most == 1 { "any other one" } else { "any others" };
+        let (others, are) = if most == 1 { ("any other one", "is") } else { ("any others", "are") };
+        let chi_square = short(solution.chi_square.unwrap_or_default());
+        let degrees = solution.degrees_of_freedom;
         for &index in bad {
             let Residual { length, normalized } = solution.residuals[index];
-            let label = self.labels.iter().map(|labels| format!("; {}", labels.in_words(self.problem)));
-            solution.warnings.push(Warning {
-                code: "touch-excluded",
-                message: format!(
-                    "{} is left out as bad: it lies {} off its surface, {} standard deviations; without {} the touches \
-                     fit ({fit}), without {others} they do not; the frame stands if no more than {most} of them {} bad{}",
-                    touches_in_words(self.problem, &[index]),
-                    short(length),
-                    short(normalized.unwrap_or(f64::NAN)),
-                    if bad.len() == 1 { "it" } else { &named },
-                    if most == 1 { "is" } else { "are" },
-                    label.collect::<String>(),
-                ),
-            });
+            let mut told = vec![format!(
+                "{} is left out as bad: it lies {} off its surface, {} standard deviations; the touches that are left \
+                 fit (chi-square {chi_square}, touches less unknowns {degrees}), without {others} they do not; this \
+                 stands if no more than {most} of them {are} bad",
+                touches_in_words(self.problem, &[index]),
+                short(length),
+                short(normalized.unwrap_or_default()),
+            )];
+            let of_it = self.labels.iter().filter(|labels| labels.concern_only(&[index]));
+            told.extend(of_it.map(|labels| labels.in_words(self.problem)));
+            let message = told.join("; ");
+            solution.warnings.push(Warning { code: "touch-excluded", message });
         }
         solution.excluded = bad.to_vec();
         Ok(solution)
@@ -260,74 +252,61 @@ impl Inquiry<'_, '_> {
     /// Several sets of touches may be bad; or one that is not sure to be.
     fn undecided(&self, open: &[Suspects]) -> SolveError {
         let (total, most) = (self.problem.touches().len(), self.solver.bad);
-        let words = |touches: &[usize]| self.numbers(touches);
         if total <= 6 + most {
             let bad = if most == 1 { "a bad one is" } else { "so many bad ones are" };
             let told =
                 format!("of {total} touches {bad} noticed, but never told: the others fit whatever they are");
-            return self.refuse(&told, (0..total).collect());
+            let all: Vec<usize> = (0..total).collect();
+            return self.refuse(&told, &self.one_more_on(&all), all);
         }
         let suspects = union(open.iter());
         let mut told = if most == 1 {
-            format!("one touch is bad, and it may be {}", either(&words(&suspects)))
+            format!("one touch is bad, and it may be {}", either(&self.numbers(&suspects)))
         } else {
-            let sets: Vec<String> = open.iter().map(|set| listed(&words(&set.touches))).collect();
+            let sets: Vec<String> = open.iter().map(|set| listed(&self.numbers(&set.touches))).collect();
             format!("up to {most} touches are bad, and they may be {}", joined(&sets, ";", "or"))
         };
         let untested = union(open.iter().filter(|set| set.verdict == Verdict::Untested));
         if !untested.is_empty() {
-            let those = either(&words(&untested));
-            told.push_str(&format!(" (without {those} the others are too few, or too weak, to tell)"));
-        } else if let [one] = open
-            && one.verdict == Verdict::Doubtful
-        {
+            let those = either(&self.numbers(&untested));
+            told = format!("{told} (without {those} the others are too few, or too weak, to tell)");
+        } else if matches!(open, [one] if one.verdict == Verdict::Doubtful) {
             told.push_str(", but the others hardly fit without");
         }
-        self.refuse(&told, suspects)
+        self.refuse(&told, &self.one_more_on(&suspects), suspects)
     }
 
     /// However many may be bad, the others do not fit.
     fn unexplained(&self) -> SolveError {
         let most = self.solver.bad;
-        let bad = if most == 1 {
-            "one bad touch explains".to_owned()
-        } else {
-            format!("{most} bad touches explain")
+        let told = match most {
+            1 => "no one bad touch explains it".to_owned(),
+            _ => format!("no {most} bad touches explain it"),
         };
-        self.refuse(&format!("no {bad} it"), Vec::new())
+        let advice = format!("where more than {most} may be bad, solve with a larger `{}`", BAD.name);
+        self.refuse(&told, &advice, Vec::new())
     }
 
-    fn beyond_budget(&self, count: usize) -> SolveError {
+    fn beyond_budget(&self, open: &[Suspects], count: usize) -> SolveError {
         let total = self.problem.touches().len();
         let told =
             format!("which {count} of {total} touches are bad takes more than {MOST} searches to tell");
-        self.refuse(&told, Vec::new())
+        let advice = format!("solve with part of the touches, or with a smaller `{}`", BAD.name);
+        self.refuse(&told, &advice, union(open.iter()))
     }
 
-    /// What could be done: right labels, and more touches where the suspects are.
-    fn help(&self, suspects: &[usize]) -> String {
-        let mut advice: Vec<String> =
-            self.labels.iter().map(|labels| labels.in_words(self.problem)).collect();
-        let surfaces: Vec<String> = self
-            .problem
-            .fixture()
-            .surfaces()
-            .iter()
-            .enumerate()
-            .filter(|(surface, _)| {
-                suspects.iter().any(|touch| self.problem.touches()[*touch].surface == *surface)
-            })
+    /// More touches where the suspects are.
+    fn one_more_on(&self, suspects: &[usize]) -> String {
+        let problem = self.problem;
+        let surfaces = problem.fixture().surfaces().iter().enumerate();
+        let suspected =
+            |surface: usize| suspects.iter().any(|touch| problem.touches()[*touch].surface == surface);
+        let names: Vec<String> = surfaces
+            .filter(|(surface, _)| suspected(*surface))
             .map(|(_, surface)| format!("`{}`", surface.name))
             .collect();
-        match surfaces.as_slice() {
-            [] => advice.push(format!(
-                "where more than {} may be bad, solve with a larger `{}`",
-                self.solver.bad, BAD.name
-            )),
-            [one] => advice.push(format!("one more touch on {one}, away from the others, would tell more")),
-            _ => advice.push(format!("one more touch on each of {} would tell more", listed(&surfaces))),
-        }
-        advice.join("; ")
+        let each = if names.len() == 1 { "" } else { "each of " };
+        format!("one more touch on {each}{}, away from the others, would tell more", listed(&names))
     }
 
     fn numbers(&self, touches: &[usize]) -> Vec<String> {
@@ -335,19 +314,27 @@ impl Inquiry<'_, '_> {
     }
 
     /// The contradiction, with what was found out.
-    fn refuse(&self, told: &str, suspects: Vec<usize>) -> SolveError {
-        let advice = self.help(&suspects);
+    fn refuse(&self, told: &str, advice: &str, suspects: Vec<usize>) -> SolveError {
+        let mut advised: Vec<String> =
+            self.labels.iter().map(|labels| labels.in_words(self.problem)).collect();
+        advised.push(advice.to_owned());
+        let helped = |help: &str| format!("{}; else {help}", advised.join("; "));
         match self.contradiction.clone() {
             SolveError::Inconsistent(mut refusal) => {
                 refusal.message = format!("{}; {told}", refusal.message);
-                refusal.help = format!("{advice}; else {}", refusal.help);
+                refusal.help = helped(&refusal.help);
                 refusal.touches = suspects;
                 SolveError::Inconsistent(refusal)
             }
             SolveError::InvalidTouches { problem, help, touches } => SolveError::InvalidTouches {
                 problem: format!("{problem}; {told}"),
-                help: format!("{advice}; else {help}"),
-                touches: if suspects.is_empty() { touches } else { suspects },
+                help: helped(&help),
+                // To suspect all is to suspect none.
+                touches: if (1..self.problem.touches().len()).contains(&suspects.len()) {
+                    suspects
+                } else {
+                    touches
+                },
             },
             other => other,
         }
@@ -400,6 +387,11 @@ impl Labels {
             Self::Exchanged([other, one]) if surface == one => other,
             _ => surface,
         }
+    }
+
+    /// Whether they differ for one of these touches only.
+    fn concern_only(self, touches: &[usize]) -> bool {
+        matches!(self, Self::Of { touch, .. } if touches.contains(&touch))
     }
 
     fn in_words(self, problem: &Problem<'_>) -> String {

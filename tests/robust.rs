@@ -59,6 +59,12 @@ struct Measurement {
 impl Measurement {
     /// At random places, so many on each surface, so many of them bad.
     fn random(fixture: &dyn Fixture, counts: &[usize], bad: usize, trial: u64) -> Self {
+        Self::with_errors(fixture, counts, bad, [OFF, OFF], trial)
+    }
+
+    /// The same, the bad ones off by between these (standard deviations), any order of magnitude as likely.
+    fn with_errors(fixture: &dyn Fixture, counts: &[usize], bad: usize, off: [f64; 2], trial: u64) -> Self {
+        let [least, most] = off;
         let mut rng = generator(4 + bad as u64, trial);
         let layout = random_layout(fixture, counts, &mut rng);
         let truth = random_frame(1000.0, &mut rng);
@@ -70,7 +76,8 @@ impl Measurement {
         let mut off = vec![0.0; touches.len()];
         for &index in &bad {
             let seen = fixture.surfaces()[layout[index].0].seen_from(&layout[index].1);
-            off[index] = if rng.random() { OFF } else { -OFF };
+            let size = least * (most / least).powf(rng.random());
+            off[index] = if rng.random() { size } else { -size };
             for touches in [&mut touches, &mut exact] {
                 touches[index].at += truth.rotation * seen.normal * (off[index] * SIGMA);
             }
@@ -494,4 +501,28 @@ fn too_many_subsets_are_refused() {
     let refusal = robust(2).solve(&problem).unwrap_err();
     assert!(refusal.to_string().contains("more than 5000 searches"), "{refusal}");
     assert_eq!(refusal.refusal().unwrap().touches, measurement.bad);
+}
+
+/// However far a bad touch is off, no other one is named, and a frame without it is right.
+#[test]
+fn no_sound_touch_is_named_whatever_the_error() {
+    for (kind, counts) in [
+        ("cylinder-plane", &[5, 4][..]),
+        ("cylinder-plane", &[8, 6]),
+        ("three-sphere", &[3, 3, 3]),
+        ("cube", &[3, 0, 3, 0, 3, 0]),
+    ] {
+        let (fixture, solver) = (fixture(kind), robust(1));
+        let tallies = (0..trials(1000)).into_par_iter().map(|trial| {
+            let measurement = Measurement::with_errors(&*fixture, counts, 1, [1.0, 1e4], trial);
+            let outcome = solver.solve(&measurement.problem(&*fixture));
+            let tally = Tally::of(&measurement, &outcome);
+            let named = outcome.is_ok_and(|solution| !solution.excluded.is_empty());
+            assert!(!named || tally.wrong == 0, "{kind}, trial {trial}");
+            tally
+        });
+        let all = tallies.reduce(Default::default, Tally::plus);
+        println!("{kind} {counts:?}, 1 bad by 1 to 10000 standard deviations: {all:?}");
+        assert_eq!(all.wrongly_named, 0);
+    }
 }

@@ -136,9 +136,9 @@ struct Tally {
     wrong: u64,
     /// A frame of all touches.
     unnoticed: u64,
-    /// Refused with suspects, the bad ones among them.
+    /// Refused with suspects, bad ones among them.
     suspected: u64,
-    /// Refused with suspects, but not the bad ones.
+    /// Refused with suspects, none of them bad.
     misled: u64,
     /// Refused because the frame without the bad touches, and no others, does not stand.
     weak: u64,
@@ -161,8 +161,9 @@ impl Tally {
             }
             Err(refusal) => {
                 let suspects = refusal.refusal().map_or(&[][..], |refusal| &refusal.touches);
-                let all = measurement.bad.iter().all(|bad| suspects.contains(bad));
-                match (suspects.is_empty(), all) {
+                // Of the bad ones those that explain without the others are enough.
+                let some = measurement.bad.iter().any(|bad| suspects.contains(bad));
+                match (suspects.is_empty(), some) {
                     (true, _) => tally.refused += 1,
                     (false, true) if refusal.code() != "inconsistent" => tally.weak += 1,
                     (false, true) => tally.suspected += 1,

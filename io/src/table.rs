@@ -2,7 +2,8 @@
 //!
 //! A header names the columns: `surface`, `x`, `y`, `z`, and where known `id`, `sigma`, `i`, `j`, `k` (the direction
 //! in which the probe moved) and `placement`. Fields are separated by commas, semicolons or tabs, whichever the
-//! header has; with semicolons a decimal comma is accepted. Lines that begin with `#` are comments.
+//! header has; with semicolons a decimal comma is accepted. Lines that begin with `#` are comments. A touch whose surface
+//! is not known has [`UNLABELLED`] there, or nothing.
 
 use std::io::{BufRead, Read};
 

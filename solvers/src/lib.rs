@@ -21,6 +21,8 @@
 //! [`Trust::from_sigma`](touchref_core::Trust::from_sigma) and
 //! [`Trust::up_to_sigma`](touchref_core::Trust::up_to_sigma): where a sigma is stated it must lie between them, and where
 //! none is stated they are the answer.
+//!
+//! [`robust`] holds hypotheses about bad touches and wrong labels against the same levels.
 
 pub(crate) mod acceptance;
 pub mod closed_form;

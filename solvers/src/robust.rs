@@ -14,10 +14,10 @@
 //!
 //! A set of touches is named only when it explains and every other set is excluded, but for those that it is part of; and
 //! left out only when the frame of the others is [accepted](crate#when-a-frame-is-accepted). Otherwise the refusal lists
-//! what may be. With
-//! few touches that is most of them, by nature: a bad touch of seven is noticed, but never told which; three touches on
-//! a plane are one number to a cylinder, so none of them is told from the others (W. Baarda, A testing procedure for use in
-//! geodetic networks, 1968). Subsets are enumerated, not sampled: the answer is exact, and the same every time.
+//! what may be. With few touches that is most of them, by nature: a bad touch of seven is noticed, but never told which;
+//! three touches on a plane are one number to a cylinder, so none of them is told from the others (W. Baarda, A testing
+//! procedure for use in geodetic networks, 1968). Subsets are enumerated, not sampled: the answer is exact, and the same
+//! every time.
 //!
 //! All this is true if no more than `bad` touches are. Two bad ones of nine may look like a third one; with `bad` = 2
 //! nothing is named then, nor is a single one, as two others might look like it. Fourteen touches tell two.
@@ -58,7 +58,7 @@ pub static PLUGIN: SolverPlugin = SolverPlugin {
     about: "Solves as `least-squares` does; where the touches contradict the fixture, tries every hypothesis that one \
             touch is bad (or two, with `bad=2`). The only set of touches without which a frame fits is named and left \
             out, with a warning; where several may be it, the refusal lists them. Says, too, which labels would make \
-            the touches fit. Wants a sigma. Nine touches (5 + 4, 3 + 3 + 3) \
+            the touches fit, and finds the surface of a touch whose file leaves it open (`?`). Wants a sigma. Nine touches (5 + 4, 3 + 3 + 3) \
             are the fewest that can tell any one bad touch.",
     reference: "Baarda, A testing procedure for use in geodetic networks (1968); acceptance: see docs of \
                 touchref-solvers",

@@ -19,6 +19,9 @@
 //! procedure for use in geodetic networks, 1968). Subsets are enumerated, not sampled: the answer is exact, and the same
 //! every time.
 //!
+//! A size that is wrong looks like a bad touch, too: nothing is named when all touches fit, or nearly so, once a dimension of
+//! the fixture or the tip radius is free.
+//!
 //! All this is true if no more than `bad` touches are. Two bad ones of nine may look like a third one; with `bad` = 2
 //! nothing is named then, nor is a single one, as two others might look like it. Fourteen touches tell two.
 //!
@@ -26,15 +29,16 @@
 //! exchanged; what fits then is told, never applied: a label is the user's to correct.
 
 use touchref_core::{
-    ParameterError, ParameterKind, ParameterSpec, Parameters, Problem, Residual, Solution, SolveError,
+    Frame, ParameterError, ParameterKind, ParameterSpec, Parameters, Problem, Residual, Solution, SolveError,
     Solver, SolverPlugin, Touch, Warning,
 };
 
 use crate::{
-    acceptance::{Judgement, Margin, Verdict},
+    acceptance::{AMBIGUOUS, Judgement, Margin, Verdict, degrees_of_freedom},
     least_squares::Answer,
-    model::{Model, uncertain, with_unknowns},
-    words::{either, joined, listed, short, touches_in_words},
+    levenberg_marquardt::descend,
+    model::{Extra, Model, Quantity, Unknowns, uncertain, with_unknowns},
+    words::{either, joined, listed, scale_of, short, touches_in_words},
 };
 
 /// Most hypotheses that are tried: some seconds of work.
@@ -58,8 +62,8 @@ pub static PLUGIN: SolverPlugin = SolverPlugin {
     about: "Solves as `least-squares` does; where the touches contradict the fixture, tries every hypothesis that one \
             touch is bad (or two, with `bad=2`). The only set of touches without which a frame fits is named and left \
             out, with a warning; where several may be it, the refusal lists them. Says, too, which labels would make \
-            the touches fit, and finds the surface of a touch whose file leaves it open (`?`). Wants a sigma. Nine touches (5 + 4, 3 + 3 + 3) \
-            are the fewest that can tell any one bad touch.",
+            the touches fit, and finds the surface of a touch whose file leaves it open (`?`). Wants a sigma. Nine \
+            touches (5 + 4, 3 + 3 + 3) are the fewest that can tell any one bad touch.",
     reference: "Baarda, A testing procedure for use in geodetic networks (1968); acceptance: see docs of \
                 touchref-solvers",
     build,
@@ -202,7 +206,8 @@ impl Inquiry<'_, '_> {
                 if one.verdict == Verdict::Fits
                     && self.labels.iter().all(|labels| labels.concern_only(&one.touches)) =>
             {
-                self.leave_out(&one.touches)
+                let sizes = self.sizes_that_fit(&one.touches)?;
+                if sizes.is_empty() { self.leave_out(&one.touches) } else { Err(self.or_sizes(one, &sizes)) }
             }
             _ => Err(self.undecided(&open)),
         }
@@ -218,6 +223,46 @@ impl Inquiry<'_, '_> {
             (0..self.problem.touches().len()).filter(|index| !left_out.contains(index)).collect();
         let touches: Vec<Touch> = numbers.iter().map(|index| self.problem.touches()[*index]).collect();
         make(&part(self.problem, &touches, &numbers)?)
+    }
+
+    /// Sizes of fixture and tip, each free by itself, with which all touches fit or nearly so.
+    fn sizes_that_fit(&self, bad: &[usize]) -> Result<Vec<String>, SolveError> {
+        let problem = self.problem;
+        let mut starts = starts(problem);
+        starts.extend(self.without(bad, |rest| Ok(self::starts(rest)))?);
+        let dimensions = problem.fixture().dimensions();
+        let sizes = (0..dimensions.len()).map(Quantity::Dimension).chain([Quantity::TipRadius]);
+        let level = AMBIGUOUS.value(degrees_of_freedom(problem) - 1);
+        let mut fitting = Vec::new();
+        for what in sizes {
+            let (name, nominal, scale) = match what {
+                Quantity::Dimension(index) => {
+                    (dimensions[index].name, dimensions[index].value, scale_of(dimensions[index].quantity))
+                }
+                Quantity::TipRadius => ("tip_radius", problem.probe().tip_radius, 1.0),
+            };
+            let mut extras = vec![Extra { what, prior: None }];
+            extras.extend(uncertain(problem).into_iter().filter(|extra| extra.what != what));
+            let best = with_unknowns!(extras.len(), P => {
+                let model = Model::<P>::new(problem, &extras);
+                let ends = starts.iter().map(|start| descend(&model, Unknowns::at(*start)));
+                let ends = ends.map(|end| (end.chi_square(), end.at.extras[0]));
+                Ok(ends.min_by(|a, b| a.0.total_cmp(&b.0)))
+            })?;
+            if let Some(end) = best.filter(|end| end.0 <= level) {
+                let value = nominal + end.1;
+                fitting.push(format!("`{name}` is {}, not {}", short(value * scale), short(nominal * scale)));
+            }
+        }
+        Ok(fitting)
+    }
+
+    /// One set of touches explains, but so does a size that is wrong.
+    fn or_sizes(&self, one: &Suspects, sizes: &[String]) -> SolveError {
+        let named = touches_in_words(self.problem, &one.touches);
+        let told = format!("either {named} is bad, or {}", either(sizes));
+        let advice = format!("check these sizes; {}", self.one_more_on(&one.touches));
+        self.refuse(&told, &advice, one.touches.clone())
     }
 
     /// The frame without the touches that are bad.
@@ -347,6 +392,22 @@ fn union<'a>(sets: impl Iterator<Item = &'a Suspects>) -> Vec<usize> {
     touches.sort_unstable();
     touches.dedup();
     touches
+}
+
+/// Frames near which touches may fit: roots, whose measured dimensions are free, and minima.
+fn starts(problem: &Problem<'_>) -> Vec<Frame> {
+    let mut frames = Vec::new();
+    if let Some(closed_form) = problem.fixture().closed_form() {
+        // Where it refuses, the minima are left.
+        let _ = closed_form.roots(problem, &mut |root| frames.push(root.frame));
+    }
+    let extras = uncertain(problem);
+    let judgement = with_unknowns!(extras.len(), P => {
+        Judgement::of(&Model::<P>::new(problem, &extras), Margin::Near)
+    });
+    frames
+        .extend(judgement.iter().flat_map(|judgement| &judgement.minima).map(|minimum| minimum.state.frame));
+    frames
 }
 
 /// A refusal of the touches that are left.

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use touchref::{
     Fixture, Frame, Observability, Parameters, Probe, Problem, Solution, SolveError, Solver, Touch, Value,
     analysis::{
-        reference::{Minimum, descend},
+        reference::{Minimum, Unknown, descend},
         simulation::{generator, random_frame, random_layout, simulate},
         study::WRONG_LEVEL,
     },
@@ -124,6 +124,28 @@ fn left_over(q: &DMatrix<f64>, error: &DVector<f64>, left_out: &[usize]) -> f64 
     error.dot(&seen) - explained
 }
 
+/// What is left of chi-square when a size is taken for wrong instead: least over the dimensions and the tip radius.
+fn left_over_of_sizes(problem: &Problem<'_>, truth: &Frame, q: &DMatrix<f64>, error: &DVector<f64>) -> f64 {
+    /// Sizes that no touch sees, in parts of what one sees at most.
+    const UNSEEN: f64 = 1e-9;
+    let (fixture, n) = (problem.fixture(), error.len());
+    let values: Vec<f64> = fixture.dimensions().iter().map(|dimension| dimension.value).collect();
+    let contacts: Vec<_> = (0..n).map(|index| problem.contact(truth, index)).collect();
+    let mut columns = vec![DVector::from_fn(n, |_, _| 1.0 / SIGMA)];
+    for dimension in 0..values.len() {
+        columns.push(DVector::from_fn(n, |index, _| {
+            let surface = problem.touches()[index].surface;
+            fixture.dimension_gradient(dimension, surface, &contacts[index].at, &values) / SIGMA
+        }));
+    }
+    let seen = q * error;
+    let explained = columns.iter().map(|column| {
+        let own = column.dot(&(q * column));
+        if own < UNSEEN * column.norm_squared() { 0.0 } else { column.dot(&seen).powi(2) / own }
+    });
+    error.dot(&seen) - explained.fold(0.0, f64::max)
+}
+
 /// What came of measurements with bad touches.
 #[derive(Debug, Default, Clone, Copy)]
 struct Tally {
@@ -207,8 +229,8 @@ fn study(kind: &str, counts: &[usize], bad: usize, assumed: usize, trials: u64) 
 }
 
 /// Beforehand, by the true geometry: the frame is well determined with the bad touches and without; no other frame comes
-/// near the sound touches; and whatever is taken for bad instead of the bad ones is seen not to be, by five standard
-/// deviations.
+/// near the sound touches; and whatever is taken for bad instead of the bad ones, another touch or a size, is seen not to
+/// be, by five standard deviations.
 fn is_well_conditioned(fixture: &dyn Fixture, measurement: &Measurement, assumed: usize) -> bool {
     const CONDITION: f64 = 100.0;
     const CHANCE: f64 = 5.0;
@@ -229,6 +251,8 @@ fn is_well_conditioned(fixture: &dyn Fixture, measurement: &Measurement, assumed
     condition < CONDITION
         && cofactors(&sound, truth).1 < CONDITION
         && rivals().all(|rival| seen_by_theory(&rival))
+        && left_over_of_sizes(&problem, truth, &q, &measurement.error()) > level
+        && !other_size_fits(&problem, &sound, level)
         && minima(&sound).is_some_and(|minima| {
             minima.iter().all(|end| end.chi_square > level || is_at(fixture, &end.frame, truth))
         })
@@ -241,6 +265,20 @@ fn sets(n: usize, count: usize) -> Vec<Vec<usize>> {
         return (0..n).map(|i| vec![i]).collect();
     }
     (0..n).flat_map(|j| (0..j).map(move |i| vec![i, j])).collect()
+}
+
+/// Whether a dimension that is far from its own value makes touches fit, from any frame that the equations, or the sound
+/// touches, allow.
+fn other_size_fits(problem: &Problem<'_>, sound: &Problem<'_>, level: f64) -> bool {
+    let closed_form = problem.fixture().closed_form().unwrap();
+    let mut starts = Vec::new();
+    for touches in [problem, sound] {
+        let _ = closed_form.roots(touches, &mut |root| starts.push(root.frame));
+    }
+    (0..problem.fixture().dimensions().len()).any(|dimension| {
+        let free = [Unknown::Dimension(dimension)];
+        starts.iter().filter_map(|start| descend(problem, &free, start)).any(|end| end.chi_square <= level)
+    })
 }
 
 fn is_at(fixture: &dyn Fixture, frame: &Frame, truth: &Frame) -> bool {

@@ -90,7 +90,8 @@
 //!
 //! - Surfaces are ideal: form errors count as noise, so state a sigma that covers them.
 //! - A frame is that of the moment of touching; nothing notices when the fixture is bumped later.
-//! - Seven touches are one more than unknowns: a bad touch may be noticed, but never told which.
+//! - Seven touches are one more than unknowns: a bad touch may be noticed, but never told which. Nine may tell
+//!   ([`solvers::robust`]).
 //! - Acceptance is a matter of measured rates, not of proof: [`analysis::Study`], `touchref study` and
 //!   `cargo run --release --example acceptance_study` measure them.
 

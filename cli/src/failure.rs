@@ -96,7 +96,10 @@ impl Failure {
             Self::Input(error) => error.into(),
             Self::Refused(refused) => {
                 let mut record = ErrorRecord::of_refusal(&refused.error, refused.units, &refused.touches);
-                if let [touch, ..] = record.error.findings.touches.as_slice() {
+                // Suspects are no place in the input.
+                if let (true, [touch, ..]) =
+                    (refused.error.is_input_error(), record.error.findings.touches.as_slice())
+                {
                     record.error.place.line = touch.line;
                     record.error.place.file = Some(refused.file.clone());
                 }

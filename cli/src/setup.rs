@@ -4,7 +4,14 @@ use std::{cell::OnceCell, path::PathBuf};
 
 use touchref::{
     Fixture, Frame, Parameters, Problem, Registry, Solution, SolveError, Solver, SolverPlugin, Warning,
-    io::{Input, InputError, Measurement, TouchSource, Touches, Units, parameter, solution::Context},
+    io::{
+        Input, InputError, Measurement, TouchRecord, TouchSource, Touches, Units, parameter,
+        solution::Context,
+    },
+    solvers::{
+        labelling::{self, Tip},
+        robust,
+    },
 };
 
 use crate::failure::{Failure, Refused};
@@ -168,8 +175,32 @@ impl Setup {
         Ok(Problem::new(&*self.fixture, &self.touches()?.touches, self.measurement.probe)?)
     }
 
+    /// Reads the touches, and finds the surfaces of those that do not say on which they are.
+    fn label(&self) -> Result<(), Failure> {
+        if self.touches.get().is_some() {
+            return Ok(());
+        }
+        let touches = self.measurement.touches_labelled_by(&*self.fixture, |records, surfaces| {
+            let tips: Vec<Tip> = records
+                .iter()
+                .zip(surfaces)
+                .map(|(record, surface)| {
+                    let TouchRecord { at, noise, approach, .. } = *record;
+                    Tip { surface: *surface, at, noise, approach }
+                })
+                .collect();
+            labelling::label(&*self.fixture, &tips, self.measurement.probe)
+                .map_err(|error| self.refused_of(error, records, String::new()))
+        })?;
+        let _ = self.touches.set(touches);
+        Ok(())
+    }
+
     /// Solves for the frame, expected near `near` if that is given.
     pub(crate) fn solve(&self, solver: &dyn Solver, near: Option<Frame>) -> Result<Solution, Failure> {
+        if solver.name() == robust::PLUGIN.name {
+            self.label()?;
+        }
         let problem = self.problem()?;
         let problem = near.map_or(problem, |frame| problem.near(frame));
         solver.solve(&problem).map_err(|error| self.refused(error))
@@ -177,13 +208,15 @@ impl Setup {
 
     /// A refusal, with the touches it is about.
     pub(crate) fn refused(&self, error: SolveError) -> Failure {
-        let touches = self.touches.get();
-        Failure::Refused(Box::new(Refused {
-            error,
-            units: self.measurement.units,
-            touches: touches.map_or(Vec::new(), |touches| touches.records.clone()),
-            file: touches.map_or(String::new(), |touches| touches.file.clone()),
-        }))
+        match self.touches.get() {
+            Some(touches) => self.refused_of(error, &touches.records, touches.file.clone()),
+            None => self.refused_of(error, &[], String::new()),
+        }
+    }
+
+    fn refused_of(&self, error: SolveError, touches: &[TouchRecord], file: String) -> Failure {
+        let units = self.measurement.units;
+        Failure::Refused(Box::new(Refused { error, units, touches: touches.to_vec(), file }))
     }
 
     /// What a result repeats of the measurement.

@@ -192,6 +192,8 @@ pub struct Refusal {
     pub message: String,
     /// What to do about it.
     pub help: String,
+    /// The touches concerned, from 0, where it is about some of them.
+    pub touches: Vec<usize>,
     /// Every root, with why it is out; survivors first.
     pub roots: Vec<RootReport>,
     /// The margin in which a frame would have stood.

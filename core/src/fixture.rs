@@ -30,6 +30,14 @@ pub trait Fixture: fmt::Debug + Send + Sync {
         Freedom::NONE
     }
 
+    /// Whether the search of its closed form finds every frame from so many touches on each surface; without one the search
+    /// is everywhere.
+    ///
+    /// A solver that leaves touches out asks with fewer than the requirement, too.
+    fn can_search(&self, counts: &[usize]) -> bool {
+        self.closed_form().is_none() || self.requirement().missing(counts, self.surfaces()).is_none()
+    }
+
     /// A length typical of the fixture: radians times this are comparable with lengths on it.
     fn size(&self) -> f64;
 

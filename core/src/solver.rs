@@ -30,6 +30,7 @@ pub struct Problem<'a> {
     fixture: &'a dyn Fixture,
     surfaces: &'a [Surface],
     touches: &'a [Touch],
+    numbers: Option<&'a [usize]>,
     probe: Probe,
     near: Option<Frame>,
     reference_sigma: Option<f64>,
@@ -56,8 +57,15 @@ impl<'a> Problem<'a> {
         {
             return Err(TouchError::SigmaMissing { index });
         }
-        let mut problem =
-            Self { fixture, surfaces, touches, probe, near: None, reference_sigma: probe.sigma };
+        let mut problem = Self {
+            fixture,
+            surfaces,
+            touches,
+            numbers: None,
+            probe,
+            near: None,
+            reference_sigma: probe.sigma,
+        };
         if touches.iter().all(states_own) {
             // No single sigma is stated: the root mean square speaks for all.
             let squares = touches.iter().map(|touch| mean_variance(&touch.noise)).sum::<f64>();
@@ -71,6 +79,29 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn near(self, frame: Frame) -> Self {
         Self { near: Some(frame), ..self }
+    }
+
+    /// The same measurement with other touches: some of its own, perhaps with other labels. `numbers` tells which touch
+    /// of the measurement each of them is, for messages.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_touches<'b>(
+        &self,
+        touches: &'b [Touch],
+        numbers: &'b [usize],
+    ) -> Result<Problem<'b>, TouchError>
+    where
+        'a: 'b,
+    {
+        let other = Problem::new(self.fixture, touches, self.probe)?;
+        Ok(Problem { near: self.near, numbers: Some(numbers), ..other })
+    }
+
+    /// Which touch of the measurement, from 0, this one is: messages count so.
+    #[must_use]
+    pub fn number(&self, index: usize) -> usize {
+        self.numbers.and_then(|numbers| numbers.get(index)).copied().unwrap_or(index)
     }
 
     /// The fixture.
@@ -274,11 +305,14 @@ pub struct Solution {
     pub covariance: Option<Covariance>,
     /// Per touch, in input order.
     pub residuals: Vec<Residual>,
-    /// Root mean square of the residuals (divisor: the number of touches).
+    /// The touches, from 0, on which the frame does not rest because the solver holds them for bad; their residuals are
+    /// told all the same.
+    pub excluded: Vec<usize>,
+    /// Root mean square of the residuals of the touches that are not excluded (divisor: the number of these).
     pub rms: f64,
     /// Squared misfit over the variance; `None` where no sigma is stated.
     pub chi_square: Option<f64>,
-    /// Touches less unknowns.
+    /// Touches that are not excluded, less unknowns.
     pub degrees_of_freedom: usize,
     /// Chance of a larger [`chi_square`](Self::chi_square); `None` without one or without degrees of freedom.
     pub p_value: Option<f64>,
@@ -314,6 +348,7 @@ impl Solution {
             freedom: Freedom::NONE,
             covariance: None,
             residuals,
+            excluded: Vec::new(),
             rms,
             chi_square: None,
             degrees_of_freedom: 0,

@@ -12,6 +12,9 @@ use crate::{Input, InputError, Units, parameter, source::Source, table::TableRea
 
 mod file;
 
+/// In the place of a surface's name: that it is not known.
+pub const UNLABELLED: &str = "?";
+
 /// A measurement as its file (or its arguments) states it, in the file's unit.
 ///
 /// Names are not resolved yet: [`fixture`](Self::fixture) builds the fixture and [`touches`](Self::touches) finds its
@@ -56,8 +59,10 @@ pub struct PlacementSource {
 /// One touch as a file states it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TouchRecord {
-    /// Name of the surface.
+    /// Name of the surface, or [`UNLABELLED`].
     pub surface: String,
+    /// Whether the file leaves the surface open, and it was found.
+    pub label_found: bool,
     /// Centre of the tip, in the parent.
     pub at: Point3<f64>,
     /// How sure the position is.
@@ -271,33 +276,41 @@ impl Measurement {
     /// Reads its touches, of one placement, and finds their surfaces.
     ///
     /// # Errors
-    /// `too-few-touches` when there are none, `invalid-input` when they are of many placements, `unknown-surface`, and
-    /// whatever is wrong with a touch table.
+    /// `too-few-touches` when there are none, `invalid-input` when they are of many placements, `unknown-surface`, also
+    /// where one is [`UNLABELLED`], and whatever is wrong with a touch table.
     pub fn touches(&self, fixture: &dyn Fixture) -> Result<Touches, InputError> {
+        self.touches_labelled_by(fixture, |records, _| Err(unlabelled(records)))
+    }
+
+    /// The same; where some are [`UNLABELLED`], `label` finds the surface of each. It is handed the touches, and the
+    /// surfaces that are known.
+    ///
+    /// # Errors
+    /// As [`touches`](Self::touches), and what `label` says.
+    pub fn touches_labelled_by<E: From<InputError>>(
+        &self,
+        fixture: &dyn Fixture,
+        label: impl FnOnce(&[TouchRecord], &[Option<usize>]) -> Result<Vec<usize>, E>,
+    ) -> Result<Touches, E> {
         const HELP: &str = "`touchref calibrate` takes many placements; for a frame give the touches of one";
-        let touches = match &self.touches {
-            TouchSource::Placed(placements) => {
-                let message =
-                    format!("the measurement has {} placements; a frame is that of one", placements.len());
-                return Err(InputError::new("invalid-input", message)
-                    .with_file(self.file())
-                    .with_key("placement")
-                    .with_help(HELP));
-            }
-            one => self.of_placement(fixture, one, 0)?,
+        let many = |message: String, file: &str| {
+            InputError::new("invalid-input", message).with_file(file).with_key("placement").with_help(HELP)
         };
+        if let TouchSource::Placed(placements) = &self.touches {
+            let message =
+                format!("the measurement has {} placements; a frame is that of one", placements.len());
+            return Err(many(message, self.file()).into());
+        }
+        let touches = self.read_touches(fixture, &self.touches)?;
         let first = touches.records.first().and_then(|record| record.placement.as_ref());
         let other = touches.records.iter().find(|record| record.placement.as_ref() != first);
         if let Some(other) = other {
             let line = other.line.map_or(String::new(), |line| format!(" (from line {line} on)"));
             let message =
                 format!("{} has touches of many placements{line}; a frame is that of one", touches.file);
-            return Err(InputError::new("invalid-input", message)
-                .with_file(&touches.file)
-                .with_key("placement")
-                .with_help(HELP));
+            return Err(many(message, &touches.file).into());
         }
-        Ok(touches)
+        self.labelled(fixture, touches, 0, label)
     }
 
     /// Reads the touches of its placements: sections of the file, or rows of a table by their column `placement`, in the
@@ -306,24 +319,21 @@ impl Measurement {
     /// # Errors
     /// As [`touches`](Self::touches), and `invalid-input` when they are of one placement only, or a touch of none.
     pub fn placements(&self, fixture: &dyn Fixture) -> Result<Vec<PlacementTouches>, InputError> {
+        let read = |source: &TouchSource, placement: usize| {
+            let touches = self.read_touches(fixture, source)?;
+            self.labelled(fixture, touches, placement, |records, _| Err(unlabelled(records)))
+        };
         let TouchSource::Placed(sources) = &self.touches else {
-            let all = self.of_placement(fixture, &self.touches, 0)?;
-            return by_placement(&all);
+            return by_placement(&read(&self.touches, 0)?);
         };
-        let read = |(index, source): (usize, &PlacementSource)| {
-            let touches = self.of_placement(fixture, &source.touches, index)?;
-            Ok(PlacementTouches { name: source.name.clone(), touches })
-        };
-        sources.iter().enumerate().map(read).collect()
+        let placed = sources.iter().enumerate().map(|(index, source)| {
+            Ok(PlacementTouches { name: source.name.clone(), touches: read(&source.touches, index)? })
+        });
+        placed.collect()
     }
 
-    /// The touches from one source, that of the placement with this index.
-    fn of_placement(
-        &self,
-        fixture: &dyn Fixture,
-        source: &TouchSource,
-        placement: usize,
-    ) -> Result<Touches, InputError> {
+    /// The touches from one source, their surfaces not found yet.
+    fn read_touches(&self, fixture: &dyn Fixture, source: &TouchSource) -> Result<Touches, InputError> {
         let touches = match source {
             TouchSource::Absent | TouchSource::Placed(_) => {
                 return Err(InputError::new("too-few-touches", "the measurement has no touches").with_help(
@@ -331,10 +341,47 @@ impl Measurement {
                      or give one with --touches TABLE",
                 ));
             }
-            TouchSource::Listed(records) => self.listed(fixture, records, placement)?,
+            TouchSource::Listed(records) => {
+                Touches { records: records.clone(), file: self.file().to_owned(), ..Touches::default() }
+            }
             TouchSource::Table(input) => from_table(fixture, input)?,
         };
         self.same_certainty(&touches)?;
+        Ok(touches)
+    }
+
+    /// The same with their surfaces found; of the placement with this index.
+    fn labelled<E: From<InputError>>(
+        &self,
+        fixture: &dyn Fixture,
+        mut touches: Touches,
+        placement: usize,
+        label: impl FnOnce(&[TouchRecord], &[Option<usize>]) -> Result<Vec<usize>, E>,
+    ) -> Result<Touches, E> {
+        let mut surfaces = Vec::with_capacity(touches.records.len());
+        for (index, record) in touches.records.iter().enumerate() {
+            let known = record.is_labelled().then(|| self.surface_of(fixture, placement, index, record));
+            surfaces.push(known.transpose()?);
+        }
+        let found = match surfaces.iter().copied().collect() {
+            Some(all) => all,
+            None => label(&touches.records, &surfaces)?,
+        };
+        let mut told = Vec::new();
+        for (index, (record, surface)) in touches.records.iter_mut().zip(found).enumerate() {
+            if !record.is_labelled() {
+                record.label_found = true;
+                record.surface.clone_from(&fixture.surfaces()[surface].name);
+                told.push(format!("{index} is on `{}`", record.surface));
+            }
+            let TouchRecord { at, noise, approach, .. } = *record;
+            touches.touches.push(Touch { surface, at, noise, approach });
+        }
+        if !told.is_empty() {
+            let message =
+                format!("surfaces that the measurement leaves open were found: touch {}", told.join(", "));
+            touches.warnings.push(Warning { code: "label-found", message });
+        }
         Ok(touches)
     }
 
@@ -343,29 +390,26 @@ impl Measurement {
         self.origin.as_ref().map_or("", |origin| origin.source.name())
     }
 
-    fn listed(
+    /// The surface of a touch, found by its name.
+    fn surface_of(
         &self,
         fixture: &dyn Fixture,
-        records: &[TouchRecord],
         placement: usize,
-    ) -> Result<Touches, InputError> {
-        let within = match &self.touches {
-            TouchSource::Placed(_) => format!("placement[{placement}]."),
-            _ => String::new(),
-        };
-        let surfaces = self.origin.as_ref().and_then(|origin| origin.surfaces.get(placement));
-        let mut touches = Vec::with_capacity(records.len());
-        for (index, record) in records.iter().enumerate() {
-            touches.push(record.touch(fixture).map_err(|error| {
-                let error = InputError::from(error).with_key(format!("{within}touch[{index}].surface"));
-                match (&self.origin, surfaces.and_then(|surfaces| surfaces.get(index))) {
-                    (Some(origin), Some(span)) => error.at(origin.source.place(span.clone())),
-                    _ => error,
-                }
-            })?);
-        }
-        let file = self.file().to_owned();
-        Ok(Touches { records: records.to_vec(), touches, file, warnings: Vec::new() })
+        index: usize,
+        record: &TouchRecord,
+    ) -> Result<usize, InputError> {
+        fixture.surface_index(&record.surface).map_err(|error| {
+            let within = match &self.touches {
+                TouchSource::Placed(_) => format!("placement[{placement}]."),
+                _ => String::new(),
+            };
+            let error = InputError::from(error).with_key(format!("{within}touch[{index}].surface"));
+            let span = |origin: &Origin| origin.surfaces.get(placement)?.get(index).cloned();
+            match self.origin.as_deref().and_then(|origin| Some((origin, span(origin)?))) {
+                Some((origin, span)) => error.at(origin.source.place(span)),
+                None => error,
+            }
+        })
     }
 
     /// Either every touch says how sure it is, or the probe does.
@@ -395,6 +439,7 @@ impl TouchRecord {
     pub fn new(surface: &str, at: Point3<f64>) -> Self {
         Self {
             surface: surface.to_owned(),
+            label_found: false,
             at,
             noise: Noise::OfProbe,
             approach: None,
@@ -402,6 +447,12 @@ impl TouchRecord {
             placement: None,
             line: None,
         }
+    }
+
+    /// Whether its surface is stated.
+    #[must_use]
+    pub fn is_labelled(&self) -> bool {
+        self.surface != UNLABELLED
     }
 
     /// The touch for a solver.
@@ -462,14 +513,24 @@ fn by_placement(all: &Touches) -> Result<Vec<PlacementTouches>, InputError> {
     Ok(placements)
 }
 
+/// Touches whose surfaces are open.
+fn unlabelled(records: &[TouchRecord]) -> InputError {
+    let open = records.iter().enumerate().find(|(_, record)| !record.is_labelled());
+    let first = open.map_or(String::new(), |(index, record)| {
+        let line = record.line.map_or(String::new(), |line| format!(" (line {line})"));
+        format!("touch {index}{line} does not say on which surface it is")
+    });
+    InputError::new("unknown-surface", first).with_key("surface").with_help(
+        "name its surface, or solve with `--solver robust`, which finds the surfaces of touches without one",
+    )
+}
+
 fn from_table(fixture: &dyn Fixture, input: &Input) -> Result<Touches, InputError> {
     let names: Vec<&str> = fixture.surfaces().iter().map(|surface| surface.name.as_str()).collect();
     let mut reader = TableReader::open(input, &names)?;
     let mut touches = Touches { file: input.name(), ..Touches::default() };
     for record in &mut reader {
-        let record = record?;
-        touches.touches.push(record.touch(fixture)?);
-        touches.records.push(record);
+        touches.records.push(record?);
     }
     touches.warnings = reader.warnings().to_vec();
     if touches.records.is_empty() {

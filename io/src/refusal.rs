@@ -144,6 +144,20 @@ pub struct ConcernedTouch {
     pub line: Option<usize>,
 }
 
+impl ConcernedTouch {
+    /// Those with these indices.
+    fn of(concerned: &[usize], touches: &[TouchRecord]) -> Vec<Self> {
+        let known = concerned.iter().filter_map(|&index| touches.get(index).map(|touch| (index, touch)));
+        let told = |(index, touch): (usize, &TouchRecord)| Self {
+            index,
+            id: touch.id.clone(),
+            surface: touch.surface.clone(),
+            line: touch.line,
+        };
+        known.map(told).collect()
+    }
+}
+
 impl ErrorRecord {
     /// An error of which no more is known.
     #[must_use]
@@ -164,16 +178,7 @@ impl ErrorRecord {
         match error {
             SolveError::TooFewTouches { missing } => findings.missing = Some(missing.clone()),
             SolveError::InvalidTouches { touches: concerned, .. } => {
-                findings.touches = concerned
-                    .iter()
-                    .filter_map(|&index| touches.get(index).map(|touch| (index, touch)))
-                    .map(|(index, touch)| ConcernedTouch {
-                        index,
-                        id: touch.id.clone(),
-                        surface: touch.surface.clone(),
-                        line: touch.line,
-                    })
-                    .collect();
+                findings.touches = ConcernedTouch::of(concerned, touches);
             }
             SolveError::Degenerate(details) => {
                 findings.rank = Some(details.rank);
@@ -193,6 +198,7 @@ impl ErrorRecord {
             _ => {}
         }
         if let Some(refusal) = error.refusal() {
+            findings.touches = ConcernedTouch::of(&refusal.touches, touches);
             findings.roots = Some(refusal.roots.iter().map(RootRecord::from).collect());
             findings.trust = Some(TrustRecord::from(&refusal.trust));
             findings.observability = refusal.observability.as_ref().map(ObservabilityRecord::from);

@@ -36,11 +36,11 @@ pub struct SolutionRecord {
     pub free: Vec<String>,
     /// The touches in input order, with their residuals.
     pub touches: Vec<ResidualRecord>,
-    /// Root mean square of the residuals.
+    /// Root mean square of the residuals of the touches that are not excluded.
     pub rms: Option<f64>,
     /// Squared misfit over the variance.
     pub chi_square: Option<f64>,
-    /// Touches less unknowns.
+    /// Touches that are not excluded, less unknowns.
     pub degrees_of_freedom: usize,
     /// Chance of a larger `chi_square`.
     pub p_value: Option<f64>,
@@ -93,7 +93,10 @@ impl SolutionRecord {
             frame: FrameRecord::from(&solution.frame),
             free: solution.freedom.names().map(str::to_owned).collect(),
             touches: touches
-                .map(|(index, (residual, touch))| ResidualRecord::new(index, touch, residual))
+                .map(|(index, (residual, touch))| ResidualRecord {
+                    excluded: solution.excluded.contains(&index),
+                    ..ResidualRecord::new(index, touch, residual)
+                })
                 .collect(),
             rms: finite(solution.rms),
             chi_square: solution.chi_square.and_then(finite),
@@ -180,6 +183,18 @@ pub struct ResidualRecord {
     pub residual: Option<f64>,
     /// The same in standard deviations.
     pub normalized: Option<f64>,
+    /// Whether the frame does not rest on it, as the solver holds it for bad.
+    #[serde(default, skip_serializing_if = "is_not")]
+    pub excluded: bool,
+    /// Whether the measurement left its surface open, and the solver found it.
+    #[serde(default, skip_serializing_if = "is_not")]
+    pub label_found: bool,
+}
+
+/// What is not so is not written.
+#[allow(clippy::trivially_copy_pass_by_ref)] // As serde asks.
+fn is_not(flag: &bool) -> bool {
+    !flag
 }
 
 impl ResidualRecord {
@@ -190,6 +205,8 @@ impl ResidualRecord {
             surface: touch.surface.clone(),
             residual: finite(residual.length),
             normalized: residual.normalized.and_then(finite),
+            excluded: false,
+            label_found: touch.label_found,
         }
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! A header names the columns: `surface`, `x`, `y`, `z`, and where known `id`, `sigma`, `i`, `j`, `k` (the direction
 //! in which the probe moved) and `placement`. Fields are separated by commas, semicolons or tabs, whichever the
-//! header has; with semicolons a decimal comma is accepted. Lines that begin with `#` are comments.
+//! header has; with semicolons a decimal comma is accepted. Lines that begin with `#` are comments. A touch whose surface
+//! is not known has [`UNLABELLED`] there, or nothing.
 
 use std::io::{BufRead, Read};
 
@@ -11,6 +12,7 @@ use touchref_core::{Noise, Warning, parameters::nearest};
 
 use crate::{
     Input, InputError, TouchRecord,
+    measurement::UNLABELLED,
     source::{Excerpt, Place, not_utf8},
     walk::direction,
 };
@@ -219,7 +221,13 @@ impl TableReader {
 
     fn surface(&self, line: &Line, index: usize) -> Result<String, InputError> {
         let name = self.fields.get(index);
-        let Some(surfaces) = self.surfaces.as_ref().filter(|known| !known.iter().any(|known| known == name))
+        if self.surfaces.is_some() && name.is_empty() {
+            return Ok(UNLABELLED.to_owned());
+        }
+        let Some(surfaces) = self
+            .surfaces
+            .as_ref()
+            .filter(|known| name != UNLABELLED && !known.iter().any(|known| known == name))
         else {
             return Ok(name.to_owned());
         };

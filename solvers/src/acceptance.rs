@@ -17,7 +17,7 @@ use touchref_core::{
 use crate::{
     cover::Cover,
     levenberg_marquardt::{Descent, STEPS, descend_unless, settle},
-    model::{Model, Normal, SquareRoot, Unknowns},
+    model::{Model, Normal, SquareRoot, Unknowns, uncertain, with_unknowns},
     words::short,
 };
 
@@ -277,7 +277,7 @@ pub(crate) fn objection(problem: &Problem<'_>, frame: &Frame) -> Option<String> 
     let mut wrong = touches.filter_map(|(index, touch)| {
         let approach = touch.approach?;
         let out = approach.dot(&(frame.rotation * problem.contact(frame, index).normal)) > APPROACH_SLACK;
-        out.then(|| format!("the approach of touch {index} would come out of its surface"))
+        out.then(|| format!("the approach of touch {} would come out of its surface", problem.number(index)))
     });
     wrong.next().or_else(|| problem.fixture().objection(problem, frame))
 }
@@ -462,9 +462,50 @@ impl Judgement {
         Ok(Self { minima, chosen, second, by_near, bounds, curvature, weakest_sd, observability })
     }
 
+    /// The least squared misfit of a frame that nothing else speaks against.
+    fn least(&self) -> f64 {
+        let standing = self.minima.iter().find(|minimum| minimum.objection.is_none());
+        standing.map_or(f64::INFINITY, |minimum| minimum.chi_square)
+    }
+
     /// The minimum that is the frame, if any stands.
     pub(crate) fn best(&self) -> &Minimum {
         &self.minima[self.chosen]
+    }
+}
+
+/// What touches say to a hypothesis: that just these are sound, and labelled right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// Some frame fits them, at the level at which touches are consistent.
+    Fits,
+    /// The best is above that level, but not above the one at which a true hypothesis is hardly ever: once in a million.
+    Doubtful,
+    /// So few touches cannot tell, or no search for their frames is complete.
+    Untested,
+    /// No frame fits them.
+    Excluded,
+}
+
+impl Verdict {
+    /// Of these touches, by a search for all their frames. Where no sigma is stated nothing can be tested.
+    pub(crate) fn of(problem: &Problem<'_>) -> Self {
+        let degrees = degrees_of_freedom(problem);
+        let known = problem.reference_sigma().is_some();
+        if degrees == 0 || !known || !problem.fixture().can_search(&problem.counts()) {
+            return Self::Untested;
+        }
+        let extras = uncertain(problem);
+        let judgement = with_unknowns!(extras.len(), P => {
+            Judgement::of(&Model::<P>::new(problem, &extras), Search::Fixture, Margin::Near)
+        });
+        match judgement {
+            Ok(judgement) if judgement.least() <= INCONSISTENT.value(degrees) => Self::Fits,
+            Ok(judgement) if judgement.bounds.search < 1.0 => Self::Untested,
+            Ok(judgement) if judgement.least() <= AMBIGUOUS.value(degrees) => Self::Doubtful,
+            Ok(_) | Err(SolveError::InvalidTouches { .. }) => Self::Excluded,
+            Err(_) => Self::Untested,
+        }
     }
 }
 
@@ -755,7 +796,11 @@ impl Account<'_, '_> {
         if let Some((i, j)) = coincident {
             warn(
                 "coincident-touches",
-                format!("touches {i} and {j} are the same point; they count as two observations"),
+                format!(
+                    "touches {} and {} are the same point; they count as two observations",
+                    self.problem.number(i),
+                    self.problem.number(j)
+                ),
             );
         }
         warnings
@@ -781,6 +826,7 @@ impl Account<'_, '_> {
             Box::new(Refusal {
                 message,
                 help,
+                touches: Vec::new(),
                 roots: roots(),
                 trust: self.trust(),
                 observability: Some(self.judgement.observability.clone()),

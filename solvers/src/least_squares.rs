@@ -78,21 +78,24 @@ pub(crate) fn solve(
     with_unknowns!(extras.len(), P => {
         let model = Model::<P>::new(problem, &extras);
         let judgement = Judgement::of(&model, search, margin)?;
-        Answer { solver, problem, search, model, judgement }.settle()
+        let (solution, _) = Answer { solver, problem, search, model, judgement }.settle()?;
+        Ok(solution)
     })
 }
 
 /// The verdict on the minima, to be told.
-struct Answer<'a, 'p, const P: usize> {
-    solver: &'static str,
-    problem: &'a Problem<'p>,
-    search: Search,
-    model: Model<'a, P>,
-    judgement: Judgement,
+pub(crate) struct Answer<'a, 'p, const P: usize> {
+    /// Name of the solver.
+    pub(crate) solver: &'static str,
+    pub(crate) problem: &'a Problem<'p>,
+    pub(crate) search: Search,
+    pub(crate) model: Model<'a, P>,
+    pub(crate) judgement: Judgement,
 }
 
 impl<const P: usize> Answer<'_, '_, P> {
-    fn settle(self) -> Result<Solution, SolveError> {
+    /// The frame as a solution, and all unknowns there; or why it does not stand.
+    pub(crate) fn settle(self) -> Result<(Solution, Unknowns), SolveError> {
         let seen = &self.judgement.observability;
         if seen.rank < self.problem.unknowns() {
             return Err(degenerate(self.problem, seen, rank_lost(seen)));
@@ -116,7 +119,7 @@ impl<const P: usize> Answer<'_, '_, P> {
         solution.adjustments = self.adjustments(&at, &root);
         solution.iteration = Some(iteration);
         solution.roots = self.reports(true);
-        Ok(solution)
+        Ok((solution, at))
     }
 
     /// How far the uncertain dimensions and the tip moved.

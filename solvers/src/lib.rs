@@ -21,6 +21,8 @@
 //! [`Trust::from_sigma`](touchref_core::Trust::from_sigma) and
 //! [`Trust::up_to_sigma`](touchref_core::Trust::up_to_sigma): where a sigma is stated it must lie between them, and where
 //! none is stated they are the answer.
+//!
+//! [`robust`] holds hypotheses about bad touches and wrong labels against the same levels.
 
 pub(crate) mod acceptance;
 pub mod bundle;
@@ -28,10 +30,12 @@ pub mod closed_form;
 pub(crate) mod cover;
 pub mod element;
 pub mod global;
+pub mod labelling;
 pub mod least_squares;
 pub(crate) mod levenberg_marquardt;
 pub(crate) mod model;
 pub mod refinement;
+pub mod robust;
 pub(crate) mod words;
 
 use touchref_core::SolverPlugin;
@@ -42,6 +46,8 @@ pub use global::Global;
 pub use least_squares::LeastSquares;
 pub use model::{Extra, MAX_EXTRAS, Quantity, Unknowns, uncertain};
 pub use refinement::refine;
+pub use robust::Robust;
 
 /// Every solver of this crate, for programs whose linker drops what was registered.
-pub static ALL: &[&SolverPlugin] = &[&closed_form::PLUGIN, &global::PLUGIN, &least_squares::PLUGIN];
+pub static ALL: &[&SolverPlugin] =
+    &[&closed_form::PLUGIN, &global::PLUGIN, &least_squares::PLUGIN, &robust::PLUGIN];

@@ -34,6 +34,39 @@ pub(crate) fn wanted_dimensions(
     told.collect()
 }
 
+/// Touches by number and surface: "touch 3 on `plane`", "touches 3 on `plane` and 5 on `cylinder`".
+pub(crate) fn touches_in_words(problem: &Problem<'_>, touches: &[usize]) -> String {
+    let surfaces = problem.fixture().surfaces();
+    let told = touches.iter().map(|index| {
+        format!("{} on `{}`", problem.number(*index), surfaces[problem.touches()[*index].surface].name)
+    });
+    format!("touch{} {}", if touches.len() == 1 { "" } else { "es" }, listed(&told.collect::<Vec<_>>()))
+}
+
+/// "a, b and c".
+pub(crate) fn listed(all: &[String]) -> String {
+    joined(all, ",", "and")
+}
+
+/// "a, b or c".
+pub(crate) fn either(all: &[String]) -> String {
+    joined(all, ",", "or")
+}
+
+/// With this mark between them, and this word before the last; of many only the first, and how many more.
+pub(crate) fn joined(all: &[String], mark: &str, last: &str) -> String {
+    const MOST: usize = 12;
+    let between = format!("{mark} ");
+    match all {
+        [head @ .., end] if !head.is_empty() && all.len() <= MOST => {
+            let before = if mark == "," { "" } else { mark };
+            format!("{}{before} {last} {end}", head.join(&between))
+        }
+        [_, _, ..] => format!("{}{between}{last} {} more", all[..MOST].join(&between), all.len() - MOST),
+        _ => all.concat(),
+    }
+}
+
 /// Four significant digits, without an exponent where that stays readable.
 pub(crate) fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
@@ -52,6 +85,22 @@ pub(crate) fn short(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn lists() {
+        let items: Vec<String> = (0..20).map(|k| k.to_string()).collect();
+        let table = [
+            (0, ""),
+            (1, "0"),
+            (2, "0 or 1"),
+            (3, "0, 1 or 2"),
+            (13, "0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, or 1 more"),
+        ];
+        for (count, expected) in table {
+            assert_eq!(super::either(&items[..count]), expected);
+        }
+        assert_eq!(super::joined(&items[..3], ";", "or"), "0; 1; or 2");
+    }
+
     #[test]
     fn four_digits() {
         let table = [(0.0, "0"), (15.055_472, "15.06"), (0.000_051_234, "0.00005123"), (1.5e9, "1.500e9")];

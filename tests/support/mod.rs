@@ -77,7 +77,7 @@ pub fn bore_with_two_faces() -> Parameters {
 /// Which frame of redundant touches a solver of this name says it finds.
 pub fn claim(solver: &str) -> Claim {
     match solver {
-        "least-squares" | "global" => Claim::LeastSquares,
+        "least-squares" | "global" | "robust" => Claim::LeastSquares,
         "closed-form" => Claim::LeastSquaresMeasured,
         _ => Claim::Other,
     }

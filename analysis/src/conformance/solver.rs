@@ -3,8 +3,8 @@
 use nalgebra::{Matrix6, SymmetricEigen};
 use rand::seq::SliceRandom;
 use touchref_core::{
-    Covariance, Frame, Observability, Parameters, Probe, Problem, SigmaSource, Solution, SolveError, Solver,
-    SolverPlugin, Touch,
+    Covariance, Frame, Observability, Parameters, Probe, Problem, Residual, SigmaSource, Solution,
+    SolveError, Solver, SolverPlugin, Touch,
     statistics::{chi_square_level, chi_square_p_value},
 };
 
@@ -244,8 +244,9 @@ fn residuals(subject: &Subject<'_>, problem: &Problem<'_>, solution: &Solution) 
         let off = (normalized - residual.length / contact.sigma).abs();
         ensure!(off <= ROUNDING, "the residual of touch {index} is {told:e}, normalized {normalized:e}");
     }
-    let squares = solution.residuals.iter().map(|residual| residual.length.powi(2)).sum::<f64>();
-    let rms = (squares / touches as f64).sqrt();
+    let used = touches - solution.excluded.len();
+    let squares = used_residuals(solution).map(|residual| residual.length.powi(2)).sum::<f64>();
+    let rms = (squares / used as f64).sqrt();
     ensure!(
         (solution.rms - rms).abs() <= ROUNDING * rms,
         "the rms is told as {}, and is {rms}",
@@ -254,13 +255,19 @@ fn residuals(subject: &Subject<'_>, problem: &Problem<'_>, solution: &Solution) 
     Ok(())
 }
 
+/// Of the touches on which the frame rests.
+fn used_residuals(solution: &Solution) -> impl Iterator<Item = &Residual> {
+    let residuals = solution.residuals.iter().enumerate();
+    residuals.filter(|(index, _)| !solution.excluded.contains(index)).map(|(_, residual)| residual)
+}
+
 fn misfit(subject: &Subject<'_>, problem: &Problem<'_>, solution: &Solution) -> Result<(), String> {
     let chi_square = solution.chi_square.ok_or("a sigma is stated, but no chi-square is")?;
     let degrees = solution.degrees_of_freedom;
-    let most = problem.touches().len() - 6;
+    let most = problem.touches().len() - solution.excluded.len() - 6;
     ensure!(degrees <= most, "{degrees} degrees of freedom, {most} touches beyond the frame's six");
     let at_frame: f64 =
-        solution.residuals.iter().filter_map(|residual| residual.normalized).map(|n| n * n).sum();
+        used_residuals(solution).filter_map(|residual| residual.normalized).map(|n| n * n).sum();
     let exactly = subject.claim == Claim::LeastSquares;
     let at_least = if exactly {
         at_frame

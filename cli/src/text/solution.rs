@@ -8,13 +8,17 @@ use touchref::io::{
 use super::{
     Look,
     number::{decimals, fixed, short, short_or_dash},
-    sheet::{GOOD, Sheet},
+    sheet::{BAD, GOOD, Sheet},
 };
 
 /// The frame, how far it can be trusted, and what it rests on.
 pub(crate) fn solution(record: &SolutionRecord, look: Look) -> String {
     let mut sheet = Sheet::new(look);
     sheet.verdict(GOOD, "Frame found.", &condition(&record.trust, &record.units));
+    for touch in record.touches.iter().filter(|touch| touch.excluded) {
+        sheet.gap();
+        sheet.verdict(BAD, "A touch is left out as bad.", &left_out(touch, &record.units));
+    }
     frame(&mut sheet, record);
     basis(&mut sheet, record);
     if !record.roots.is_empty() {
@@ -27,6 +31,18 @@ pub(crate) fn solution(record: &SolutionRecord, look: Look) -> String {
         sheet.verbatim(literal);
     }
     sheet.finish()
+}
+
+/// Which touch is left out, and how far off it is, as a sentence.
+fn left_out(touch: &ResidualRecord, units: &str) -> String {
+    let id = touch.id.as_ref().map_or(String::new(), |id| format!(" `{id}`"));
+    format!(
+        "Touch {}{id} lies {} {units} off `{}`, {} of its standard deviations.",
+        touch.index,
+        short_or_dash(touch.residual),
+        touch.surface,
+        short_or_dash(touch.normalized)
+    )
 }
 
 /// The condition under which a frame stands, as a sentence.
@@ -96,8 +112,8 @@ fn basis(sheet: &mut Sheet, record: &SolutionRecord) {
     let units = &record.units;
     sheet.heading("What it rests on");
     sheet.prose(&format!(
-        "{} touches, solver {}; {}",
-        record.touches.len(),
+        "{}, solver {}; {}",
+        touches(&record.touches),
         record.solver,
         probe(&record.probe, sheet.plus_minus(), units)
     ));
@@ -140,6 +156,16 @@ fn basis(sheet: &mut Sheet, record: &SolutionRecord) {
 
 fn counted(count: usize, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
+}
+
+/// How many there are, and of these how many are used.
+fn touches(touches: &[ResidualRecord]) -> String {
+    let used = touches.iter().filter(|touch| !touch.excluded).count();
+    if used == touches.len() {
+        format!("{used} touches")
+    } else {
+        format!("{used} of {} touches", touches.len())
+    }
 }
 
 /// Sigma and tip radius.
@@ -216,6 +242,16 @@ pub(super) fn roots(sheet: &mut Sheet, roots: &[RootRecord], units: &str) {
     sheet.table(&header, rows.collect(), &right);
 }
 
+/// What there is to say of a touch.
+fn note(touch: &ResidualRecord) -> &'static str {
+    match (touch.excluded, touch.label_found) {
+        (true, false) => "left out",
+        (true, true) => "left out; surface found",
+        (false, true) => "surface found",
+        (false, false) => "",
+    }
+}
+
 fn residuals(sheet: &mut Sheet, touches: &[ResidualRecord], units: &str) {
     sheet.heading("Residuals");
     let ids = touches.iter().any(|touch| touch.id.is_some());
@@ -226,6 +262,8 @@ fn residuals(sheet: &mut Sheet, touches: &[ResidualRecord], units: &str) {
     header.extend(ids.then(|| "id".to_owned()));
     header.extend(["surface".to_owned(), format!("residual ({units})")]);
     header.extend(sigmas.then(|| "in sigmas".to_owned()));
+    let notes = touches.iter().any(|touch| touch.excluded || touch.label_found);
+    header.extend(notes.then(String::new));
     let first_number = if ids { 3 } else { 2 };
     let rows = touches.iter().map(|touch| {
         let mut row = vec![touch.index.to_string()];
@@ -233,6 +271,7 @@ fn residuals(sheet: &mut Sheet, touches: &[ResidualRecord], units: &str) {
         row.push(touch.surface.clone());
         row.push(touch.residual.map_or_else(|| "-".to_owned(), |v| fixed(v, digits)));
         row.extend(sigmas.then(|| touch.normalized.map_or_else(|| "-".to_owned(), |v| fixed(v, 2))));
+        row.extend(notes.then(|| note(touch).to_owned()));
         row
     });
     sheet.table(&header, rows.collect(), &[first_number, first_number + 1]);

@@ -162,6 +162,7 @@ fn read_touch(source: &Source, field: &Field<'_>) -> Result<(TouchRecord, Range<
     };
     let record = TouchRecord {
         surface: surface.text()?.to_owned(),
+        label_found: false,
         at: Point3::from(at),
         noise,
         approach: table.get("approach").map(|field| field.direction()).transpose()?,

@@ -12,7 +12,7 @@ pub struct ParameterSpec {
     pub name: &'static str,
     /// Which values it takes.
     pub kind: ParameterKind,
-    /// The value taken when it is not given, or [`INSTEAD_OF`] another; `None` for a parameter that must be given.
+    /// The value taken when it is not given, or [`INSTEAD_OF`] another, or [`BY`] others; `None` for a parameter that must be given.
     pub default: Option<&'static str>,
     /// What it means, in one line.
     pub meaning: &'static str,
@@ -22,7 +22,17 @@ pub struct ParameterSpec {
 /// `"instead of radius"`.
 pub const INSTEAD_OF: &str = "instead of ";
 
+/// How the default of a parameter begins that may be left out and is then worked out from others, in words:
+/// `"by the fixture's size"`.
+pub const BY: &str = "by ";
+
 impl ParameterSpec {
+    /// Whether it may be left out, and others tell what takes its place.
+    #[must_use]
+    pub fn is_derived(&self) -> bool {
+        self.default.is_some_and(|default| default.starts_with(BY))
+    }
+
     /// The parameter whose place this one may take: either is given, not both.
     #[must_use]
     pub fn replaces(&self) -> Option<&'static str> {
@@ -268,6 +278,7 @@ impl Parameters {
                 (None, Some(_), _) => {}
                 (None, None, Some(default)) => {
                     if spec.replaces().is_none()
+                        && !spec.is_derived()
                         && let Some(value) = parse(spec.kind, default)
                     {
                         complete.set(spec.name, value);

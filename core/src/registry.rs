@@ -27,7 +27,7 @@ pub struct FixturePlugin {
     pub origin: &'static str,
     /// Its parameters, in the order in which help shows them.
     pub parameters: &'static [ParameterSpec],
-    /// Its surfaces: name and what it is.
+    /// Its surfaces: name and what it is; none where its parameters state them.
     pub surfaces: &'static [(&'static str, &'static str)],
     /// How many touches it needs, in words.
     pub touches: &'static str,

@@ -47,11 +47,10 @@ fn every_solver_keeps_its_promises_with_every_fixture() {
         for fixture in registry.fixtures() {
             for parameters in support::settings(fixture.name) {
                 let claim = support::claim(solver.name);
-                reports.push(Suite::default().solver(
-                    (solver, &Parameters::new()),
-                    claim,
-                    (fixture, &parameters),
-                ));
+                // A search everywhere takes a thousand times as long as one that the fixture leads.
+                let everywhere = solver.name == "global" || fixture.name == "composite";
+                let suite = if everywhere { Suite { trials: 2, seed: 1 } } else { Suite::default() };
+                reports.push(suite.solver((solver, &Parameters::new()), claim, (fixture, &parameters)));
             }
         }
     }

@@ -39,7 +39,7 @@ pub fn settings(kind: &str) -> Vec<Parameters> {
             vec![sides().with("radius", 12.7), sides().with("radii", [10.0, 12.7, 15.0])]
         }
         "cube" => vec![new().with("edge", 50.0)],
-        "composite" => vec![v_block(), bore_with_two_faces()],
+        "composite" => vec![v_block()],
         _ => vec![new()],
     }
 }

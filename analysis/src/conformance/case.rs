@@ -5,7 +5,7 @@ use rand::{Rng, RngExt, seq::SliceRandom};
 use rand_distr::StandardNormal;
 use touchref_core::{
     Fixture, FixturePlugin, Frame, ParameterKind, ParameterSpec, Parameters, Probe, Problem, Shape, Touch,
-    Value,
+    Value, parameters::TYPE,
 };
 
 use super::{Suite, without_panic};
@@ -195,7 +195,17 @@ fn in_unit(parameters: &Parameters, specs: &[ParameterSpec], unit: f64) -> Param
             (Some(ParameterKind::Length), Value::Number { value, u }) => {
                 scaled.set(name, Value::Number { value: value * unit, u: u * unit });
             }
-            (Some(ParameterKind::Lengths3), Value::Numbers(numbers)) => {
+            (Some(ParameterKind::Tables(specs)), Value::Tables(tables)) => {
+                let of = |table: &Parameters| {
+                    let spec = specs.iter().find(|spec| spec.name == table.word(TYPE));
+                    in_unit(table, spec.map_or(&[], |spec| spec.parameters), unit)
+                };
+                scaled.set(name, Value::Tables(tables.iter().map(of).collect()));
+            }
+            (Some(ParameterKind::Coordinate), Value::Number { value, .. }) => {
+                scaled.set(name, Value::from(value * unit));
+            }
+            (Some(ParameterKind::Lengths3 | ParameterKind::Point), Value::Numbers(numbers)) => {
                 scaled.set(name, Value::Numbers(numbers.iter().map(|number| number * unit).collect()));
             }
             _ => {}

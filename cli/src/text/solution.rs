@@ -124,9 +124,10 @@ fn basis(sheet: &mut Sheet, record: &SolutionRecord) {
         (None, _) => "no chi-square, as no sigma is stated".to_owned(),
     };
     sheet.prose(&format!(
-        "misfit: rms {} {units}, {misfit}, {} beyond the frame's unknowns",
+        "misfit: rms {} {units}, {misfit}, {} beyond the {} unknowns",
         short_or_dash(record.rms),
         counted(record.degrees_of_freedom, "touch", "touches"),
+        in_words(unknowns(record)),
     ));
     if let Some(covariance) = &record.covariance {
         let source = if covariance.sigma_source == "given" { "as stated" } else { "from the residuals" };
@@ -148,10 +149,20 @@ fn basis(sheet: &mut Sheet, record: &SolutionRecord) {
     sheet.prose(&format!(
         "seen by the touches: {} of {} motions, condition {}; weakest is a {}",
         record.observability.rank,
-        6 - record.free.len().min(6),
+        unknowns(record),
         short_or_dash(record.observability.condition),
         record.observability.weakest
     ));
+}
+
+/// How many unknowns the frame has: six, less what the fixture leaves free.
+fn unknowns(record: &SolutionRecord) -> usize {
+    6_usize.saturating_sub(record.free.len())
+}
+
+/// A small number.
+fn in_words(count: usize) -> &'static str {
+    ["no", "one", "two", "three", "four", "five", "six"].get(count).copied().unwrap_or("many")
 }
 
 fn counted(count: usize, one: &str, many: &str) -> String {

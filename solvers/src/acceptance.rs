@@ -189,7 +189,7 @@ impl<const P: usize> Minima<'_, '_, P> {
         const BASIN: f64 = 0.1;
         const END: f64 = 1.0;
         /// Ends that do not settle: of more, those as low as the lowest are taken to lie in one valley.
-        const MANY: usize = 20;
+        const MANY: usize = 6;
         let (mut valley, mut unsettled): (Option<Descent<Normal<P>>>, usize) = (None, 0);
         let cover = Cover::of(self.model.problem);
         let apart = self.apart;
@@ -210,9 +210,8 @@ impl<const P: usize> Minima<'_, '_, P> {
                     Some(at) if !self.knows(&at, |_| apart) => {
                         self.keep(at, self.model.chi_square(&at), descent.steps);
                     }
-                    // A motion is free there; of a valley's many ends the lowest tells enough. But a descent that has
-                    // run out of steps crawls where nothing fits.
-                    None if descent.steps < STEPS => {
+                    // A motion is free there; of a valley's many ends the lowest tells enough.
+                    None => {
                         unsettled += 1;
                         if valley.is_none_or(|lowest| chi_square < lowest.chi_square()) {
                             valley = Some(descent);
@@ -225,7 +224,11 @@ impl<const P: usize> Minima<'_, '_, P> {
                 break;
             }
         }
-        if let Some(lowest) = valley {
+        // One that has run out of steps may only crawl where nothing fits.
+        let fits_best = |lowest: &Descent<Normal<P>>| {
+            self.found.iter().all(|(minimum, _)| lowest.chi_square() < minimum.chi_square)
+        };
+        if let Some(lowest) = valley.filter(|lowest| lowest.steps < STEPS || fits_best(lowest)) {
             self.keep(lowest.at, lowest.chi_square(), lowest.steps);
         }
     }

@@ -39,8 +39,11 @@ fn composite(surfaces: Vec<Parameters>) -> Box<dyn Fixture> {
     support::fixture("composite", &Parameters::new().with("surface", surfaces))
 }
 
+/// A built-in fixture, the same as data, and how many touches of each surface.
+type Twins = (Box<dyn Fixture>, Box<dyn Fixture>, Vec<usize>);
+
 /// The built-in fixtures, each with the same as data.
-fn twins() -> Vec<(Box<dyn Fixture>, Box<dyn Fixture>, Vec<usize>)> {
+fn twins() -> Vec<Twins> {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let cylinder = surface("cylinder", "cylinder").with("point", [0.0; 3]).with("axis", [0.0, 0.0, 3.0]);
     // Where the cylinder ends tells from which side of the plane it was touched.
@@ -188,6 +191,10 @@ fn the_stated_covariance_is_true() {
         assert!(outcome.accepted * 100 >= TRIALS * 98);
         // Four standard deviations of the mean.
         assert!((nees.value - unknowns).abs() < 4.0 * nees.u, "{nees:?}");
+        // Nothing is uncertain but the touches, so the bound is reached.
+        for over in outcome.rms_over_bound().unwrap() {
+            assert!((over.value - 1.0).abs() < 4.0 * over.u, "{over:?}");
+        }
     }
 }
 
@@ -264,4 +271,24 @@ fn a_touch_beyond_a_stated_end_rules_a_frame_out() {
     assert!(out >= 1, "{:?}", solution.roots);
     let nobody: Frame = truth.moved(&Twist::from(nalgebra::Vector6::new(0.0, 0.0, 80.0, 0.0, 0.0, 0.0)));
     assert!(fixture.objection(&Problem::new(&*fixture, &touches, probe()).unwrap(), &nobody).is_some());
+}
+
+#[test]
+fn a_bad_touch_is_named() {
+    let fixture = support::fixture("composite", &v_block());
+    let solver = support::solver("robust");
+    for trial in 0..4 {
+        let mut rng = generator(66, trial);
+        let truth = random_frame(300.0, &mut rng);
+        let layout: Vec<_> =
+            (0..15).map(|k| (k % 3, fixture.surfaces()[k % 3].point_at(0.2 * (k / 3) as f64, 0.7))).collect();
+        let mut touches = simulate(&*fixture, &layout, &truth, &probe(), SIGMA, &mut rng);
+        let bad = 4 * trial as usize;
+        let surface = &fixture.surfaces()[touches[bad].surface];
+        let normal = truth.rotation * surface.seen_from(&truth.to_fixture(&touches[bad].at)).normal;
+        touches[bad].at += normal;
+        let solution = solver.solve(&Problem::new(&*fixture, &touches, probe()).unwrap()).unwrap();
+        assert_eq!(solution.excluded, [bad]);
+        assert!(solution.squared_distance(&truth).unwrap() < chi_square_level(1e-4, 6));
+    }
 }

@@ -5,7 +5,7 @@
 
 use std::{collections::BTreeMap, sync::LazyLock};
 
-use nalgebra::{Matrix6, RowVector6};
+use nalgebra::Matrix6;
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 use rayon::prelude::*;
@@ -314,7 +314,9 @@ impl Study<'_> {
         outcome.worst = outcome.worst.max(squared);
         outcome.nees += squared;
         if let Some(bound) = cramer_rao(&problem, &truth) {
-            let error = solution.frame.error_to(&truth);
+            let freedom = self.fixture.freedom();
+            let wanted = freedom.nearest(&truth, &solution.frame);
+            let error = freedom.without(&solution.frame.twist_to(&wanted).into());
             for (ratio, rows) in outcome.over_bound.iter_mut().zip([0..3, 3..6]) {
                 let squared_error = rows.clone().map(|k| error[k] * error[k]).sum();
                 ratio.add(squared_error, rows.map(|k| bound[(k, k)]).sum());
@@ -343,13 +345,18 @@ fn drawn_parameters(known: &Parameters, rng: &mut impl Rng) -> Parameters {
 }
 
 /// The least covariance that any unbiased estimate of the frame can have, its dimensions and the tip radius known;
-/// along the fixture's axes, about its origin. `None` for a layout that leaves a motion free.
+/// along the fixture's axes, about its origin, and zero along what the fixture leaves free. `None` for a layout that leaves
+/// another motion free.
 fn cramer_rao(problem: &Problem<'_>, truth: &Frame) -> Option<Matrix6<f64>> {
-    let mut information = Matrix6::zeros();
+    let freedom = problem.fixture().freedom();
+    // What is free has nothing to do with the rest.
+    let held = |k: usize| f64::from(u8::from(freedom.is_free(k)));
+    let held = Matrix6::from_fn(|i, j| if i == j { held(i) } else { 0.0 });
+    let mut information = held;
     for index in 0..problem.touches().len() {
         let contact = problem.contact(truth, index);
-        let row = RowVector6::from_row_slice(&contact.gradient()) / contact.sigma;
+        let row = freedom.without(&contact.gradient().into()).transpose() / contact.sigma;
         information += row.transpose() * row;
     }
-    information.cholesky().map(|cholesky| cholesky.inverse())
+    information.cholesky().map(|cholesky| cholesky.inverse() - held)
 }

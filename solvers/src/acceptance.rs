@@ -151,12 +151,11 @@ fn survey<const P: usize>(
     if let Some(near) = problem.expected_near() {
         minima.visit(near);
     }
-    let complete_up_to = match closed_form {
-        Some(closed_form) => closed_form.candidates(problem, noise, &mut |start| minima.visit(&start))?,
-        None => {
-            minima.visit_everything();
-            f64::INFINITY
-        }
+    let complete_up_to = if let Some(closed_form) = closed_form {
+        closed_form.candidates(problem, noise, &mut |start| minima.visit(&start))?
+    } else {
+        minima.visit_everything();
+        f64::INFINITY
     };
     let mut minima = minima.found;
     minima.sort_by(|(a, _), (b, _)| a.chi_square.total_cmp(&b.chi_square));

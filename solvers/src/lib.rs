@@ -5,7 +5,7 @@
 //! The squared misfit at the true frame follows chi-square with one degree of freedom per touch, whatever the geometry.
 //! So the frames below a level are an exact confidence set, and each connected piece of that set holds a local minimum
 //! of the misfit. A solver therefore looks for **every** minimum (the fixture's
-//! [`candidates`](touchref_core::ClosedForm::candidates) are starts wherever the noise does not rule a frame out), and
+//! [`candidates`](touchref_core::ClosedForm::candidates) are starts wherever the noise does not rule a frame out; without a closed form, a cover of all frames), and
 //! accepts the best one when
 //!
 //! | condition | else refused as |

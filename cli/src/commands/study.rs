@@ -80,6 +80,8 @@ pub(crate) struct StudyRecord {
     /// Of the accepted, with 95 % confidence.
     pub(crate) wrong_rate_at_most: Option<f64>,
     pub(crate) refused: BTreeMap<&'static str, u64>,
+    /// Of each frame; the expected squared error in a true covariance.
+    pub(crate) unknowns: usize,
     pub(crate) nees_mean: Option<f64>,
     /// Standard uncertainties have the name of what they belong to, and `_u`.
     pub(crate) nees_mean_u: Option<f64>,
@@ -200,6 +202,7 @@ impl StudyRecord {
             wrong: outcome.wrong,
             wrong_rate_at_most: outcome.wrong_at_most(),
             refused: outcome.refused.clone(),
+            unknowns: 6 - study.fixture.freedom().count(),
             nees_mean: nees.map(value),
             nees_mean_u: nees.map(u),
             coverage_95: coverage.map(value),

@@ -195,21 +195,22 @@ pub(super) fn probe(probe: &ProbeRecord, plus_minus: &str, units: &str) -> Strin
 
 /// Kind and parameters.
 pub(super) fn fixture(fixture: &FixtureRecord, plus_minus: &str) -> String {
-    let parameters =
-        fixture.parameters.iter().map(|(name, value)| match (value, value.get("value"), value.get("u")) {
-            (_, Some(number), Some(u)) => format!("{name} = {number} {plus_minus} {u}"),
-            (serde_json::Value::String(word), ..) => format!("{name} = {word}"),
-            (serde_json::Value::Array(tables), ..) if tables.iter().all(serde_json::Value::is_object) => {
-                let told = |table: &serde_json::Value| {
-                    let word = |key: &str| {
-                        table.get(key).and_then(serde_json::Value::as_str).unwrap_or_default().to_owned()
-                    };
-                    format!("{} ({})", word("name"), word("type"))
+    let given =
+        fixture.parameters.iter().filter(|(_, value)| value.as_array().is_none_or(|list| !list.is_empty()));
+    let parameters = given.map(|(name, value)| match (value, value.get("value"), value.get("u")) {
+        (_, Some(number), Some(u)) => format!("{name} = {number} {plus_minus} {u}"),
+        (serde_json::Value::String(word), ..) => format!("{name} = {word}"),
+        (serde_json::Value::Array(tables), ..) if tables.iter().all(serde_json::Value::is_object) => {
+            let told = |table: &serde_json::Value| {
+                let word = |key: &str| {
+                    table.get(key).and_then(serde_json::Value::as_str).unwrap_or_default().to_owned()
                 };
-                format!("{name} = {}", tables.iter().map(told).collect::<Vec<_>>().join(", "))
-            }
-            (other, ..) => format!("{name} = {other}"),
-        });
+                format!("{} ({})", word("name"), word("type"))
+            };
+            format!("{name} = {}", tables.iter().map(told).collect::<Vec<_>>().join(", "))
+        }
+        (other, ..) => format!("{name} = {other}"),
+    });
     let list = parameters.collect::<Vec<_>>().join(", ");
     if list.is_empty() { fixture.kind.clone() } else { format!("{}: {list}", fixture.kind) }
 }

@@ -68,8 +68,14 @@ fn frames(sheet: &mut Sheet, record: &StudyRecord) {
     let header = [String::new(), "measured".to_owned(), plus_minus, "expected".to_owned()];
     let percent = |part: Option<f64>| part.map(|part| 100.0 * part);
     let (bound, bound_u) = (&record.rms_over_bound, &record.rms_over_bound_u);
+    let unknowns = record.unknowns.to_string();
     let rows = [
-        ("mean squared error in their own covariance (NEES)", record.nees_mean, record.nees_mean_u, "6"),
+        (
+            "mean squared error in their own covariance (NEES)",
+            record.nees_mean,
+            record.nees_mean_u,
+            unknowns.as_str(),
+        ),
         ("within their own 95 % region, %", percent(record.coverage_95), percent(record.coverage_95_u), "95"),
         ("rms error of the origin over the bound", bound.translation, bound_u.translation, "1 at best"),
         ("rms error of the rotation over the bound", bound.rotation, bound_u.rotation, "1 at best"),

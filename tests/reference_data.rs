@@ -206,6 +206,8 @@ const LARGE: f64 = 0.5;
 const SETS: usize = 1000;
 /// The same where dimensions are unknowns, too: the search for frames, which takes the time, is the same.
 const SETS_MEASURED: usize = 500;
+/// The same where a search is everywhere, which takes a thousand times as long.
+const SETS_EVERYWHERE: usize = 160;
 
 /// A set that gives a frame.
 struct Recovered {
@@ -273,7 +275,13 @@ fn every_least_squares_solver_recovers_the_design_frame() {
             let what = format!("{} {parameters:?}", plugin.name);
             for solver in registry.solvers() {
                 let closed_form = fixture.closed_form();
+                if closed_form.is_none() && solver.name == "robust" {
+                    // It makes dozens of searches.
+                    continue;
+                }
+                let everywhere = closed_form.is_none() || solver.name == "global";
                 let (unknowns, sets) = match (support::claim(solver.name), closed_form) {
+                    (Claim::LeastSquares, _) if everywhere => (Vec::new(), SETS_EVERYWHERE),
                     (Claim::LeastSquares, _) => (Vec::new(), SETS),
                     (Claim::LeastSquaresMeasured, Some(form)) => {
                         (form.measured().iter().map(|m| Unknown::Dimension(*m)).collect(), SETS_MEASURED)

@@ -200,6 +200,9 @@ impl<const P: usize> Minima<'_, '_, P> {
             for start in cover.starts(starts) {
                 let Some(descent) = self.descend(&start, within(BASIN)) else { continue };
                 let chi_square = descent.chi_square();
+                if !chi_square.is_finite() {
+                    continue;
+                }
                 let in_valley = unsettled > MANY
                     && valley.is_some_and(|lowest| (chi_square - lowest.chi_square()).abs() < as_low);
                 if in_valley || self.knows(&descent.at, within(END)) {

@@ -12,7 +12,7 @@ use touchref_core::{Frame, Problem};
 
 /// Starts of the first round; each further one has twice as many.
 const FIRST: usize = 512;
-/// Rounds at most. Measured on random layouts of the built-in fixtures: two to three are needed, never four.
+/// Rounds at most: where a nearly free motion makes ever new minima, more would tell no more.
 const ROUNDS: u32 = 4;
 /// How far the origin may lie from where the middles of touches and touched surfaces coincide, in parts of the
 /// fixture's size or of the touches' spread, whichever is larger: minima far from there have one that is nearer.

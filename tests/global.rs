@@ -5,7 +5,7 @@
 
 mod support;
 
-use support::certify::{agreement, completeness, measurement, roots};
+use support::certify::{SIGMA, agreement, completeness, measurement, roots};
 use touchref::{Parameters, Problem, registry};
 
 /// Measurements of each layout.
@@ -41,7 +41,7 @@ fn no_random_start_finds_another_minimum() {
 fn the_minima_are_told() {
     let global = support::solver("global");
     let fixture = support::cylinder_plane(20.0, 45.0);
-    let (mut touches, probe, truth) = measurement(&*fixture, &[5, 4], 13, 0);
+    let (mut touches, probe, truth) = measurement(&*fixture, &[5, 4], SIGMA, 13, 0);
     let outcome = global.solve(&Problem::new(&*fixture, &touches, probe).unwrap());
     let told = roots(&outcome).to_vec();
     assert!(outcome.as_ref().unwrap().squared_distance(&truth).unwrap() < 53.34);

@@ -14,6 +14,8 @@ use touchref::{
 
 /// Standard deviation of a touch, in parts of the fixture's size.
 pub const SIGMA: f64 = 5e-4;
+/// The same, so loud that a second frame often fits within it.
+const LOUD: f64 = 5e-3;
 /// Frames of two solvers are one: parts of the size, radians. Both descend to rounding.
 const SAME_FRAME: f64 = 1e-7;
 /// Minima are one, in the same measure: Newton's method settles both to rounding times a condition below 1e5.
@@ -21,10 +23,11 @@ const SAME_MINIMUM: f64 = 1e-6;
 /// Starts at random.
 const STARTS: usize = 200;
 
-/// A measurement of a random layout.
+/// A measurement of a random layout; `sigma` in parts of the fixture's size.
 pub fn measurement(
     fixture: &dyn Fixture,
     counts: &[usize],
+    sigma: f64,
     seed: u64,
     trial: u64,
 ) -> (Vec<Touch>, Probe, Frame) {
@@ -32,8 +35,9 @@ pub fn measurement(
     let size = fixture.size();
     let layout = random_layout(fixture, counts, &mut rng);
     let truth = random_frame(10.0 * size, &mut rng);
-    let probe = Probe { tip_radius: 0.05 * size, tip_radius_u: 0.0, sigma: Some(SIGMA * size) };
-    (simulate(fixture, &layout, &truth, &probe, SIGMA * size, &mut rng), probe, truth)
+    let sigma = sigma * size;
+    let probe = Probe { tip_radius: 0.05 * size, tip_radius_u: 0.0, sigma: Some(sigma) };
+    (simulate(fixture, &layout, &truth, &probe, sigma, &mut rng), probe, truth)
 }
 
 /// What became of the measurements that both solvers were given.
@@ -68,7 +72,7 @@ pub fn agreement(
     trials: u64,
 ) -> Agreement {
     let one = |trial| {
-        let (touches, probe, _) = measurement(fixture, counts, seed, trial);
+        let (touches, probe, _) = measurement(fixture, counts, SIGMA, seed, trial);
         let problem = Problem::new(fixture, &touches, probe).unwrap();
         let mut tally = Agreement::default();
         match (global.solve(&problem), other.solve(&problem)) {
@@ -111,7 +115,7 @@ impl Completeness {
 
 /// Every minimum that random starts lead to on `trials` ambiguous measurements, and whether `global` lists it.
 ///
-/// Ambiguous: a second frame fits within the noise, which is so loud that this is common.
+/// Ambiguous: a second frame fits within the noise, which is [`LOUD`].
 pub fn completeness(
     global: &dyn Solver,
     fixture: &dyn Fixture,
@@ -120,7 +124,7 @@ pub fn completeness(
     trials: u64,
 ) -> Completeness {
     let one = |trial| {
-        let (touches, probe, _) = measurement(fixture, counts, seed, trial);
+        let (touches, probe, _) = measurement(fixture, counts, LOUD, seed, trial);
         let problem = Problem::new(fixture, &touches, probe).unwrap();
         let Err(SolveError::Ambiguous(refusal)) = global.solve(&problem) else {
             return Completeness::default();

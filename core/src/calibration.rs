@@ -1,16 +1,14 @@
 //! What many placements of one fixture tell of its sizes and of the probe.
 
-use std::borrow::Cow;
-
 use nalgebra::DMatrix;
 
-use crate::{Covariance, Frame, Iteration, Residual, SigmaSource};
+use crate::{Adjustment, Covariance, Frame, Iteration, Residual, SigmaSource};
 
 /// Parameters shared by many placements of one fixture, and the frame of each placement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
     /// The shared parameters, in the order in which they were asked for.
-    pub parameters: Vec<Calibrated>,
+    pub parameters: Vec<Adjustment>,
     /// Their covariance, in that order; lengths and degrees, as their values.
     pub covariance: DMatrix<f64>,
     /// The placements, in input order.
@@ -37,30 +35,6 @@ impl Calibration {
     pub fn correlations(&self) -> DMatrix<f64> {
         let u = |i: usize| self.covariance[(i, i)].sqrt();
         self.covariance.map_with_location(|i, j, covariance| covariance / (u(i) * u(j)))
-    }
-}
-
-/// A shared parameter: what was known of it, and what the touches made of it. Lengths, or degrees.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Calibrated {
-    /// Name of the dimension, or `tip_radius`.
-    pub name: Cow<'static, str>,
-    /// Its nominal value.
-    pub nominal: f64,
-    /// Standard uncertainty of that; `None` where only the touches tell it.
-    pub nominal_u: Option<f64>,
-    /// Its estimate.
-    pub value: f64,
-    /// Standard uncertainty of that.
-    pub u: f64,
-}
-
-impl Calibrated {
-    /// How far it moved, in standard uncertainties of its nominal value; of its estimate where the nominal value has
-    /// none.
-    #[must_use]
-    pub fn moved(&self) -> f64 {
-        (self.value - self.nominal) / self.nominal_u.unwrap_or(self.u)
     }
 }
 

@@ -113,6 +113,14 @@ pub enum SolveError {
     },
 }
 
+impl From<TouchError> for SolveError {
+    /// Touches that were made into a problem on the way to a frame are no measurement.
+    fn from(error: TouchError) -> Self {
+        let help = "correct the touches".to_owned();
+        Self::InvalidTouches { problem: error.to_string(), help, touches: Vec::new() }
+    }
+}
+
 impl SolveError {
     /// The code by which programs know the refusal (`ambiguous`, `degenerate`, ...).
     #[must_use]

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3, Vector6};
 
-use crate::{Frame, Twist};
+use crate::Frame;
 
 /// Names of the motions along and about the fixture's axes, in the order of a [`Twist`].
 pub const MOTIONS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
@@ -71,15 +71,6 @@ impl Freedom {
         let slide = Vector3::from_fn(|i, _| if self.0[i] { offset[i] } else { 0.0 });
         Frame { rotation: frame.rotation * turn, origin: frame.origin + frame.rotation * slide }
     }
-
-    /// The free motions of a fixture at `frame`, each a unit twist along the parent's axes about the frame's origin.
-    pub fn twists(self, frame: &Frame) -> impl Iterator<Item = Twist> {
-        let rotation = frame.rotation;
-        (0..6).filter(move |index| self.0[*index]).map(move |index| {
-            let unit = Twist::from(Vector6::ith(index, 1.0));
-            Twist { translation: rotation * unit.translation, rotation: rotation * unit.rotation }
-        })
-    }
 }
 
 /// The turn about a coordinate axis that comes nearest the rotation `seen`: it has the largest trace of `turn^T seen`.
@@ -102,6 +93,7 @@ impl Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Twist;
 
     #[test]
     fn a_free_motion_brings_a_frame_as_near_as_it_goes() {

@@ -18,7 +18,7 @@ pub mod statistics;
 pub mod surface;
 pub mod touch;
 
-pub use calibration::{Calibrated, Calibration, Placement};
+pub use calibration::{Calibration, Placement};
 pub use error::{Degenerate, Refusal, SolveError, TouchError};
 pub use fixture::{
     ClosedForm, Dimension, Fixture, MAX_DIMENSIONS, MAX_MEASURES, Quantity, Requirement, Root, RootKind,

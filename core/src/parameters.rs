@@ -220,13 +220,14 @@ impl Parameters {
                     }
                 }
                 Value::Tables(tables) => {
-                    let of = |table: &&mut Self| {
-                        name.strip_prefix(table.word("name")).is_some_and(|rest| rest.starts_with('.'))
-                    };
-                    if let Some(table) = tables.iter_mut().find(of) {
-                        let key = name.rsplit_once('.').map_or(name, |(_, key)| key);
-                        table.set(key, Value::Number { value, u });
-                        return;
+                    for table in tables {
+                        // A name may have a dot in it: only a key that the table has tells that it is this one.
+                        let key = name.strip_prefix(table.word("name"));
+                        let key = key.and_then(|rest| rest.strip_prefix('.'));
+                        if let Some(key) = key.filter(|key| table.get(key).is_some()) {
+                            table.set(key, Value::Number { value, u });
+                            return;
+                        }
                     }
                 }
                 _ => {}
@@ -576,6 +577,26 @@ mod tests {
     fn defaults_fill_in() {
         let checked = Parameters::new().with("radius", 2.0).checked(SPECS).unwrap();
         assert_eq!((checked.number("angle_deg"), checked.word("side")), (45.0, "behind"));
+    }
+
+    #[test]
+    fn numbers_are_set_by_the_names_of_dimensions() {
+        let table = |name: &str| Parameters::new().with("name", name).with("radius", 1.0);
+        let tables = Value::Tables(vec![table("a"), table("a.radius"), table("b")]);
+        let mut parameters =
+            Parameters::new().with("size", 1.0).with("radii", [1.0; 3]).with("surface", tables);
+        for name in ["size", "radii[2]", "a.radius.radius", "b.radius"] {
+            parameters.set_number(name, 2.0, 0.5);
+        }
+        let set = Value::Number { value: 2.0, u: 0.5 };
+        assert_eq!(parameters.get("size"), Some(&set));
+        assert_eq!(parameters.get("radii"), Some(&Value::Numbers(vec![1.0, 1.0, 2.0])));
+        let Some(Value::Tables(tables)) = parameters.get("surface") else { panic!("no tables") };
+        assert_eq!(tables[0], table("a"));
+        for table in &tables[1..] {
+            assert_eq!(table.get("radius"), Some(&set));
+        }
+        assert_eq!(parameters.iter().count(), 3);
     }
 
     #[test]

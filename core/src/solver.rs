@@ -116,6 +116,13 @@ impl<'a> Problem<'a> {
         self.touches
     }
 
+    /// The mean of the touches.
+    #[must_use]
+    pub fn centroid(&self) -> Point3<f64> {
+        let sum: Vector3<f64> = self.touches.iter().map(|touch| touch.at.coords).sum();
+        Point3::from(sum / self.touches.len() as f64)
+    }
+
     /// The probe.
     #[must_use]
     pub fn probe(&self) -> &Probe {
@@ -456,8 +463,8 @@ pub struct Adjustment {
     pub name: Cow<'static, str>,
     /// Its nominal value: a length, or degrees.
     pub nominal: f64,
-    /// Standard uncertainty of that.
-    pub nominal_u: f64,
+    /// Standard uncertainty of that; `None` where only the touches tell it.
+    pub nominal_u: Option<f64>,
     /// Its estimate.
     pub value: f64,
     /// Standard uncertainty of that.
@@ -465,10 +472,11 @@ pub struct Adjustment {
 }
 
 impl Adjustment {
-    /// How far it moved, in standard uncertainties of the nominal value.
+    /// How far it moved, in standard uncertainties of its nominal value; of its estimate where the nominal value has
+    /// none.
     #[must_use]
     pub fn moved(&self) -> f64 {
-        (self.value - self.nominal) / self.nominal_u
+        (self.value - self.nominal) / self.nominal_u.unwrap_or(self.u)
     }
 }
 

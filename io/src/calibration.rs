@@ -2,12 +2,13 @@
 
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
-use touchref_core::{Calibrated, Calibration, Parameters, Placement, Probe, SigmaSource};
+use touchref_core::{Calibration, Parameters, Placement, Probe, SigmaSource};
 
 use crate::{
     FrameRecord, PlacementTouches, Units,
     solution::{
-        CovarianceRecord, FixtureRecord, IterationRecord, ProbeRecord, ResidualRecord, WarningRecord, finite,
+        AdjustmentRecord, CovarianceRecord, FixtureRecord, IterationRecord, ProbeRecord, ResidualRecord,
+        WarningRecord, finite,
     },
 };
 
@@ -26,7 +27,7 @@ pub struct CalibrationRecord {
     /// The probe as stated.
     pub probe: ProbeRecord,
     /// The parameters that were unknown.
-    pub parameters: Vec<CalibratedRecord>,
+    pub parameters: Vec<AdjustmentRecord>,
     /// Their covariance, rows first, in their order; lengths and degrees.
     pub covariance: Vec<Vec<f64>>,
     /// Their correlations, rows first, in their order.
@@ -70,7 +71,7 @@ impl CalibrationRecord {
             fixture: FixtureRecord::new(kind, parameters),
             units: units.name().to_owned(),
             probe: ProbeRecord::from(probe),
-            parameters: calibration.parameters.iter().map(CalibratedRecord::from).collect(),
+            parameters: calibration.parameters.iter().map(AdjustmentRecord::from).collect(),
             covariance: rows(&calibration.covariance),
             correlations: rows(&calibration.correlations()),
             sigma: finite(calibration.sigma),
@@ -94,37 +95,6 @@ impl CalibrationRecord {
 
 fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
     matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
-}
-
-/// A parameter: a length, or degrees.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct CalibratedRecord {
-    /// Name of the fixture's parameter, or `tip_radius`.
-    pub name: String,
-    /// As stated.
-    pub nominal: Option<f64>,
-    /// Standard uncertainty of that; `null` where only the touches tell it.
-    pub nominal_u: Option<f64>,
-    /// As calibrated.
-    pub value: Option<f64>,
-    /// Standard uncertainty of that.
-    pub u: Option<f64>,
-    /// How far it moved, in standard uncertainties of the nominal value; of the calibrated one where the nominal value
-    /// has none.
-    pub moved: Option<f64>,
-}
-
-impl From<&Calibrated> for CalibratedRecord {
-    fn from(calibrated: &Calibrated) -> Self {
-        Self {
-            name: calibrated.name.to_string(),
-            nominal: finite(calibrated.nominal),
-            nominal_u: calibrated.nominal_u.and_then(finite),
-            value: finite(calibrated.value),
-            u: finite(calibrated.u),
-            moved: finite(calibrated.moved()),
-        }
-    }
 }
 
 /// One placement.

@@ -285,13 +285,14 @@ pub struct AdjustmentRecord {
     pub name: String,
     /// As stated.
     pub nominal: Option<f64>,
-    /// Standard uncertainty of that.
+    /// Standard uncertainty of that; `null` where only the touches tell it.
     pub nominal_u: Option<f64>,
     /// As estimated.
     pub value: Option<f64>,
     /// Standard uncertainty of that.
     pub u: Option<f64>,
-    /// How far it moved, in standard uncertainties of the nominal value.
+    /// How far it moved, in standard uncertainties of the nominal value; of the estimated one where the nominal value has
+    /// none.
     pub moved: Option<f64>,
 }
 
@@ -300,7 +301,7 @@ impl From<&Adjustment> for AdjustmentRecord {
         Self {
             name: adjustment.name.to_string(),
             nominal: finite(adjustment.nominal),
-            nominal_u: finite(adjustment.nominal_u),
+            nominal_u: adjustment.nominal_u.and_then(finite),
             value: finite(adjustment.value),
             u: finite(adjustment.u),
             moved: finite(adjustment.moved()),

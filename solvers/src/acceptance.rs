@@ -4,7 +4,7 @@
 //! the problem's sigmas at which each gives way: the frame stands between [`Bounds::from`] and the least of the
 //! others. The same bounds decide at a stated noise (factor one) and answer conditionally where none is stated.
 
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector6};
 use touchref_core::{
     ClosedForm, Covariance, Fixture, Frame, Freedom, Limit, Observability, ParameterKind, ParameterSpec,
     Parameters, Problem, Refusal, Residual, RootReport, SecondMinimum, SigmaSource, Solution, SolveError,
@@ -147,7 +147,8 @@ fn survey<const P: usize>(
 ) -> Result<Survey<P>, SolveError> {
     let problem = model.problem;
     // A search far beyond the noise tells minima apart no worse.
-    let mut minima = Minima { model, apart: noise.min(1.0), found: Vec::new() };
+    let mut minima =
+        Minima { model, standing: Standing::of(problem), apart: noise.min(1.0), found: Vec::new() };
     if let Some(near) = problem.expected_near() {
         minima.visit(near);
     }
@@ -165,6 +166,7 @@ fn survey<const P: usize>(
 /// Minima as they are found.
 struct Minima<'a, 'p, const P: usize> {
     model: &'a Model<'p, P>,
+    standing: Standing,
     /// In which noise, in the problem's sigmas, they are told apart.
     apart: f64,
     found: Vec<(Minimum, SquareRoot<P>)>,
@@ -240,7 +242,7 @@ impl<const P: usize> Minima<'_, '_, P> {
     fn descend(&self, start: &Frame, within: impl Fn(&Minimum) -> f64) -> Option<Descent<Normal<P>>> {
         let size = self.model.problem.fixture().size();
         let arrived = |state: &Unknowns, chi_square: f64| {
-            let frame = standing(self.model.problem, state.frame);
+            let frame = self.standing.frame(state.frame);
             self.found.iter().any(|(m, _)| m.is_basin_of(&frame, chi_square, size, within(m)))
         };
         descend_unless(self.model, Unknowns::at(*start), arrived)
@@ -249,12 +251,12 @@ impl<const P: usize> Minima<'_, '_, P> {
     /// Whether this is a known minimum, told apart at so many of the problem's sigmas.
     fn knows(&self, at: &Unknowns, apart: impl Fn(&Minimum) -> f64) -> bool {
         let size = self.model.problem.fixture().size();
-        let frame = standing(self.model.problem, at.frame);
+        let frame = self.standing.frame(at.frame);
         self.found.iter().any(|(m, _)| m.is_at(&frame, size, apart(m)))
     }
 
     fn keep(&mut self, state: Unknowns, chi_square: f64, steps: usize) {
-        let state = Unknowns { frame: standing(self.model.problem, state.frame), ..state };
+        let state = Unknowns { frame: self.standing.frame(state.frame), ..state };
         let root = self.model.square_root(&state);
         let objection = objection(self.model.problem, &state.frame);
         let minimum = Minimum { state, steps, chi_square, information: root.of_frame(), objection };
@@ -262,18 +264,26 @@ impl<const P: usize> Minima<'_, '_, P> {
     }
 }
 
-/// The frame, moved as the fixture leaves it free: nearest the expected frame, else the parent's axes at the middle of the
-/// touches.
-#[inline]
-pub(crate) fn standing(problem: &Problem<'_>, frame: Frame) -> Frame {
-    let freedom = problem.fixture().freedom();
-    if freedom == Freedom::NONE {
-        return frame;
+/// Where frames stand along the motions that the fixture leaves free: nearest the expected frame, else the parent's axes
+/// at the middle of the touches.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Standing {
+    free: Freedom,
+    to: Frame,
+}
+
+impl Standing {
+    pub(crate) fn of(problem: &Problem<'_>) -> Self {
+        let expected = problem.expected_near().copied();
+        let to = expected.unwrap_or_else(|| Frame::parallel_at(problem.centroid()));
+        Self { free: problem.fixture().freedom(), to }
     }
-    let touches = problem.touches();
-    let middle = touches.iter().map(|touch| touch.at.coords).sum::<Vector3<f64>>() / touches.len() as f64;
-    let by_axes = || Frame::parallel_at(middle.into());
-    freedom.nearest(&frame, &problem.expected_near().copied().unwrap_or_else(by_axes))
+
+    /// The frame, moved there.
+    #[inline]
+    pub(crate) fn frame(&self, frame: Frame) -> Frame {
+        if self.free == Freedom::NONE { frame } else { self.free.nearest(&frame, &self.to) }
+    }
 }
 
 /// What speaks against a frame: a touch whose approach comes out of the material, or the fixture's own objection.

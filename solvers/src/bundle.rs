@@ -20,8 +20,8 @@ use std::borrow::Cow;
 
 use thiserror::Error;
 use touchref_core::{
-    Calibrated, Calibration, Covariance, Fixture, FixturePlugin, Frame, ParameterError, Placement, Probe,
-    Problem, RANK_TOLERANCE, Residual, SigmaSource, SolveError, TouchError,
+    Calibration, Covariance, Fixture, FixturePlugin, Frame, ParameterError, Placement, Probe, Problem,
+    RANK_TOLERANCE, Residual, SigmaSource, SolveError,
     statistics::{chi_square_level, chi_square_p_value},
 };
 
@@ -30,7 +30,7 @@ use crate::{
         Account, FREE, INCONSISTENT, Judgement, Margin, Minimum, REACH, Search, degenerate,
         degrees_of_freedom, rank_lost,
     },
-    model::{Extra, MAX_EXTRAS, Model, Quantity, Unknowns, uncertain, with_unknowns},
+    model::{Extra, MAX_EXTRAS, Model, Quantity, Stated, Unknowns, uncertain, with_unknowns},
     refinement::SETTLED,
     words::{scale_of, short},
 };
@@ -266,7 +266,7 @@ impl<'a, 'p> Bundle<'a, 'p> {
                 let problem = format!("fixture `{}` has no dimension number {index}", self.fixture.kind());
                 return wrong(problem, "dimensions count from 0");
             }
-            let name = self.name(unknown);
+            let name = self.stated(unknown).name;
             if self.unknowns[..k].iter().any(|other| other.what == unknown.what) {
                 return wrong(format!("`{name}` is unknown twice"), "name it once");
             }
@@ -286,22 +286,8 @@ impl<'a, 'p> Bundle<'a, 'p> {
         Ok(())
     }
 
-    /// Nominal value, and by what it is multiplied to be told: lengths stay, radians become degrees.
-    fn nominal(&self, unknown: &Extra) -> (f64, f64) {
-        match unknown.what {
-            Quantity::Dimension(index) => {
-                let dimension = &self.fixture.dimensions()[index];
-                (dimension.value, scale_of(dimension.quantity))
-            }
-            Quantity::TipRadius => (self.probe.tip_radius, 1.0),
-        }
-    }
-
-    fn name(&self, unknown: &Extra) -> Cow<'static, str> {
-        match unknown.what {
-            Quantity::Dimension(index) => self.fixture.dimensions()[index].name.clone(),
-            Quantity::TipRadius => Cow::Borrowed("tip_radius"),
-        }
+    fn stated(&self, unknown: &Extra) -> Stated {
+        unknown.what.stated(self.fixture, self.probe)
     }
 
     fn observations(&self) -> usize {
@@ -394,7 +380,7 @@ impl<'a, 'p> Bundle<'a, 'p> {
     /// against.
     fn guessed(&self) -> Vec<Extra> {
         let guess = |unknown: &Extra| {
-            let nominal = self.nominal(unknown).0.abs();
+            let nominal = self.stated(unknown).nominal.abs();
             let scale = if nominal > 0.0 { nominal } else { self.fixture.size() };
             let prior = if self.weighed { unknown.prior.or(Some(WIDE * scale)) } else { None };
             Extra { prior, ..*unknown }
@@ -433,11 +419,11 @@ impl<'a, 'p> Bundle<'a, 'p> {
         }
         for ((unknown, deviation), u) in self.unknowns.iter().zip(&known.deviations).zip(&known.uncertainties)
         {
-            let (nominal, scale) = self.nominal(unknown);
+            let Stated { name, nominal, scale } = self.stated(unknown);
             let value = nominal + deviation;
             match unknown.what {
                 Quantity::Dimension(_) => {
-                    parameters.set_number(&self.name(unknown), value * scale, u * scale);
+                    parameters.set_number(&name, value * scale, u * scale);
                 }
                 // A tip of next to none may come out below it; no probe has such a one.
                 Quantity::TipRadius => (probe.tip_radius, probe.tip_radius_u) = (value.max(0.0), *u),
@@ -493,7 +479,8 @@ impl<'a, 'p> Bundle<'a, 'p> {
         let count = self.unknowns.len();
         let directions = fit.reduced.directions.columns(count - unseen, unseen);
         let concerned: Vec<usize> = (0..count).filter(|k| directions.row(*k).norm() > PART).collect();
-        let names: Vec<Cow<'static, str>> = concerned.iter().map(|k| self.name(&self.unknowns[*k])).collect();
+        let names: Vec<Cow<'static, str>> =
+            concerned.iter().map(|k| self.stated(&self.unknowns[*k]).name).collect();
         let what = match (concerned.as_slice(), names.as_slice()) {
             ([_], [name]) => format!("no touch tells {name}: the frames take up whatever it does"),
             ([a, b], [first, second]) if unseen == 1 => {
@@ -578,17 +565,11 @@ impl<'a, 'p> Bundle<'a, 'p> {
         let unit = self.unit(fit);
         let variance = unit * unit;
         let sigma_source = if self.weighed { SigmaSource::Given } else { SigmaSource::Residuals };
-        let scales: Vec<f64> = self.unknowns.iter().map(|unknown| self.nominal(unknown).1).collect();
+        let scales: Vec<f64> = self.unknowns.iter().map(|unknown| self.stated(unknown).scale).collect();
         let covariance = fit.covariance.map_with_location(|i, j, c| c * scales[i] * scales[j] * variance);
         let parameters = self.unknowns.iter().enumerate().map(|(k, unknown)| {
-            let (nominal, scale) = self.nominal(unknown);
-            Calibrated {
-                name: self.name(unknown),
-                nominal: nominal * scale,
-                nominal_u: unknown.prior.map(|u| u * scale),
-                value: (nominal + fit.shared[k]) * scale,
-                u: covariance[(k, k)].sqrt(),
-            }
+            let u = fit.covariance[(k, k)].sqrt() * unit;
+            self.stated(unknown).adjusted(unknown.prior, fit.shared[k], u)
         });
         let sigma_of = |problem: &Problem<'_>| problem.reference_sigma().unwrap_or(unit);
         let placements = self.problems.iter().zip(&fit.placements).map(|(problem, placement)| {
@@ -641,12 +622,7 @@ struct Known {
 /// The frame of one placement, or why it is not to be trusted; how well it fits is for the bundle to say where a sigma is
 /// known.
 fn judged(fixture: &dyn Fixture, probe: Probe, placed: &Problem<'_>) -> Result<Minimum, SolveError> {
-    let again = |error: TouchError| SolveError::InvalidTouches {
-        problem: error.to_string(),
-        help: String::new(),
-        touches: Vec::new(),
-    };
-    let mut problem = Problem::new(fixture, placed.touches(), probe).map_err(again)?;
+    let mut problem = Problem::new(fixture, placed.touches(), probe)?;
     if let Some(near) = placed.expected_near() {
         problem = problem.near(*near);
     }

@@ -34,11 +34,11 @@ impl Cover {
         const MIDDLE: (f64, f64) = (0.0, 0.5);
         let (fixture, touches) = (problem.fixture(), problem.touches());
         let count = touches.len() as f64;
-        let middle = touches.iter().map(|touch| touch.at.coords).sum::<Vector3<f64>>() / count;
+        let middle = problem.centroid();
         let of_surface = |surface: usize| fixture.surfaces()[surface].point_at(MIDDLE.0, MIDDLE.1).coords;
         let surfaces = touches.iter().map(|touch| of_surface(touch.surface)).sum::<Vector3<f64>>() / count;
-        let spread = touches.iter().map(|touch| (touch.at.coords - middle).norm()).fold(0.0, f64::max);
-        Self { touches: middle, surfaces, reach: REACH * spread.max(fixture.size()) }
+        let spread = touches.iter().map(|touch| (touch.at - middle).norm()).fold(0.0, f64::max);
+        Self { touches: middle.coords, surfaces, reach: REACH * spread.max(fixture.size()) }
     }
 
     /// How many starts each round has.

@@ -100,22 +100,10 @@ pub fn label(fixture: &dyn Fixture, tips: &[Tip], probe: Probe) -> Result<Vec<us
 pub fn labellings(fixture: &dyn Fixture, tips: &[Tip], probe: Probe) -> Result<Vec<Vec<usize>>, SolveError> {
     // Whatever their surfaces are, the touches must be sound, and their noise known.
     let touches: Vec<Touch> = tips.iter().map(|tip| tip.on(tip.surface.unwrap_or(0))).collect();
-    require_sigma(&problem(fixture, &touches, probe)?)?;
+    require_sigma(&Problem::new(fixture, &touches, probe)?)?;
     let mut search = Search { fixture, tips, probe, found: Vec::new(), tried: 0 };
     search.extend(&mut tips.iter().map(|tip| tip.surface).collect())?;
     Ok(search.found)
-}
-
-fn problem<'a>(
-    fixture: &'a dyn Fixture,
-    touches: &'a [Touch],
-    probe: Probe,
-) -> Result<Problem<'a>, SolveError> {
-    Problem::new(fixture, touches, probe).map_err(|error| SolveError::InvalidTouches {
-        problem: error.to_string(),
-        help: "correct the touches".to_owned(),
-        touches: Vec::new(),
-    })
 }
 
 /// A search through labellings, one touch after the other.
@@ -155,7 +143,7 @@ impl Search<'_> {
         }
         self.tried += 1;
         let touches: Vec<Touch> = self.tips.iter().zip(&labels).map(|(tip, label)| tip.on(*label)).collect();
-        if Verdict::of(&problem(self.fixture, &touches, self.probe)?) != Verdict::Excluded {
+        if Verdict::of(&Problem::new(self.fixture, &touches, self.probe)?) != Verdict::Excluded {
             self.found.push(labels);
         }
         Ok(())

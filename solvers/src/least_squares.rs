@@ -17,11 +17,11 @@ use touchref_core::{
 
 use crate::{
     acceptance::{
-        self, Account, Found, Judgement, Margin, Minimum, Search, degenerate, degrees_of_freedom, rank_lost,
-        standing,
+        self, Account, Found, Judgement, Margin, Minimum, Search, Standing, degenerate, degrees_of_freedom,
+        rank_lost,
     },
     levenberg_marquardt::linear_minimum,
-    model::{Model, Quantity, SquareRoot, Unknowns, uncertain, with_unknowns},
+    model::{Model, SquareRoot, Unknowns, uncertain, with_unknowns},
     refinement::{Ended, execute},
     words::{scale_of, short, wanted_dimensions},
 };
@@ -107,7 +107,7 @@ impl<const P: usize> Answer<'_, '_, P> {
         }
         let best = self.judgement.best();
         let Ended { mut at, chi_square, root, mut iteration } = execute(&self.model, &best.state)?;
-        at.frame = standing(self.problem, at.frame);
+        at.frame = Standing::of(self.problem).frame(at.frame);
         iteration.steps += best.steps;
         let found = Found {
             frame: at.frame,
@@ -128,21 +128,9 @@ impl<const P: usize> Answer<'_, '_, P> {
             return Vec::new();
         }
         let Some(covariance) = root.covariance() else { return Vec::new() };
-        let told = self.model.extras().iter().enumerate().filter_map(|(k, extra)| {
-            let (name, nominal, scale) = match extra.what {
-                Quantity::Dimension(index) => {
-                    let dimension = &self.problem.fixture().dimensions()[index];
-                    (dimension.name.clone(), dimension.value, scale_of(dimension.quantity))
-                }
-                Quantity::TipRadius => (Cow::Borrowed("tip_radius"), self.problem.probe().tip_radius, 1.0),
-            };
-            Some(Adjustment {
-                name,
-                nominal: nominal * scale,
-                nominal_u: extra.prior? * scale,
-                value: (nominal + at.extras[k]) * scale,
-                u: covariance[(k, k)].sqrt() * scale,
-            })
+        let told = self.model.extras().iter().enumerate().map(|(k, extra)| {
+            let stated = extra.what.stated(self.problem.fixture(), self.problem.probe());
+            stated.adjusted(extra.prior, at.extras[k], covariance[(k, k)].sqrt())
         });
         told.collect()
     }

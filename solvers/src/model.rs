@@ -5,8 +5,14 @@
 //! tip radius first, then the frame's twist along the fixture's axes. In a triangular square root of the information
 //! the last six rows and columns are then that of the frame alone, the extras marginalised.
 
+use std::borrow::Cow;
+
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
-use touchref_core::{Contact, Frame, Freedom, MAX_DIMENSIONS, Noise, Problem, Shape, Twist};
+use touchref_core::{
+    Adjustment, Contact, Fixture, Frame, Freedom, MAX_DIMENSIONS, Noise, Probe, Problem, Shape, Twist,
+};
+
+use crate::words::scale_of;
 
 /// Runs `$body` for `$i` from zero to the constant `$count`, each time with a constant `$i`: the compiler leaves loops of
 /// this size rolled, and their triangular inner loops with them.
@@ -39,6 +45,46 @@ pub enum Quantity {
     Dimension(usize),
     /// The radius of the probe's tip.
     TipRadius,
+}
+
+impl Quantity {
+    /// What is stated of it.
+    pub(crate) fn stated(self, fixture: &dyn Fixture, probe: &Probe) -> Stated {
+        match self {
+            Self::Dimension(index) => {
+                let dimension = &fixture.dimensions()[index];
+                let scale = scale_of(dimension.quantity);
+                Stated { name: dimension.name.clone(), nominal: dimension.value, scale }
+            }
+            Self::TipRadius => {
+                Stated { name: Cow::Borrowed("tip_radius"), nominal: probe.tip_radius, scale: 1.0 }
+            }
+        }
+    }
+}
+
+/// What is stated of a quantity.
+pub(crate) struct Stated {
+    /// Name of the dimension, or `tip_radius`.
+    pub(crate) name: Cow<'static, str>,
+    /// A length, or radians.
+    pub(crate) nominal: f64,
+    /// By what it is multiplied to be told: lengths stay, radians become degrees.
+    pub(crate) scale: f64,
+}
+
+impl Stated {
+    /// What the touches make of it: its estimate is `deviation` from the nominal value.
+    pub(crate) fn adjusted(self, nominal_u: Option<f64>, deviation: f64, u: f64) -> Adjustment {
+        let Self { name, nominal, scale } = self;
+        Adjustment {
+            name,
+            nominal: nominal * scale,
+            nominal_u: nominal_u.map(|u| u * scale),
+            value: (nominal + deviation) * scale,
+            u: u * scale,
+        }
+    }
 }
 
 /// The most extras at once: six dimensions and the tip radius.

@@ -28,8 +28,6 @@
 //! A wrong label looks like a bad touch, too. Each touch is tried on each other surface, and the labels of two surfaces
 //! exchanged; what fits then is told, never applied: a label is the user's to correct.
 
-use std::borrow::Cow;
-
 use touchref_core::{
     Frame, ParameterError, ParameterKind, ParameterSpec, Parameters, Problem, Residual, Solution, SolveError,
     Solver, SolverPlugin, Touch, Warning,
@@ -39,8 +37,8 @@ use crate::{
     acceptance::{AMBIGUOUS, Judgement, Margin, Search, Verdict, degrees_of_freedom},
     least_squares::Answer,
     levenberg_marquardt::descend,
-    model::{Extra, Model, Quantity, Unknowns, uncertain, with_unknowns},
-    words::{either, joined, listed, scale_of, short, touches_in_words},
+    model::{Extra, Model, Quantity, Stated, Unknowns, uncertain, with_unknowns},
+    words::{either, joined, listed, short, touches_in_words},
 };
 
 /// Most hypotheses that are tried: some seconds of work.
@@ -225,7 +223,7 @@ impl Inquiry<'_, '_> {
         let numbers: Vec<usize> =
             (0..self.problem.touches().len()).filter(|index| !left_out.contains(index)).collect();
         let touches: Vec<Touch> = numbers.iter().map(|index| self.problem.touches()[*index]).collect();
-        make(&part(self.problem, &touches, &numbers)?)
+        make(&self.problem.with_touches(&touches, &numbers)?)
     }
 
     /// Sizes of fixture and tip, each free by itself, with which all touches fit or nearly so.
@@ -233,19 +231,12 @@ impl Inquiry<'_, '_> {
         let problem = self.problem;
         let mut starts = starts(problem);
         starts.extend(self.without(bad, |rest| Ok(self::starts(rest)))?);
-        let dimensions = problem.fixture().dimensions();
-        let sizes = (0..dimensions.len()).map(Quantity::Dimension).chain([Quantity::TipRadius]);
+        let sizes =
+            (0..problem.fixture().dimensions().len()).map(Quantity::Dimension).chain([Quantity::TipRadius]);
         let level = AMBIGUOUS.value(degrees_of_freedom(problem) - 1);
         let mut fitting = Vec::new();
         for what in sizes {
-            let (name, nominal, scale) = match what {
-                Quantity::Dimension(index) => (
-                    dimensions[index].name.clone(),
-                    dimensions[index].value,
-                    scale_of(dimensions[index].quantity),
-                ),
-                Quantity::TipRadius => (Cow::Borrowed("tip_radius"), problem.probe().tip_radius, 1.0),
-            };
+            let Stated { name, nominal, scale } = what.stated(problem.fixture(), problem.probe());
             let mut extras = vec![Extra { what, prior: None }];
             extras.extend(uncertain(problem).into_iter().filter(|extra| extra.what != what));
             let best = with_unknowns!(extras.len(), P => {
@@ -494,25 +485,11 @@ fn labels_that_fit(problem: &Problem<'_>) -> Result<Vec<Labels>, SolveError> {
         let relabelled: Vec<Touch> = relabelled
             .map(|(index, touch)| Touch { surface: labels.of(index, touch.surface), ..*touch })
             .collect();
-        if Verdict::of(&part(problem, &relabelled, &numbers)?) == Verdict::Fits {
+        if Verdict::of(&problem.with_touches(&relabelled, &numbers)?) == Verdict::Fits {
             fitting.push(labels);
         }
     }
     Ok(fitting)
-}
-
-/// Touches of a measurement, in a problem of their own.
-fn part<'b>(
-    problem: &Problem<'b>,
-    touches: &'b [Touch],
-    numbers: &'b [usize],
-) -> Result<Problem<'b>, SolveError> {
-    // Those of a sound measurement are sound.
-    problem.with_touches(touches, numbers).map_err(|error| SolveError::InvalidTouches {
-        problem: error.to_string(),
-        help: String::new(),
-        touches: Vec::new(),
-    })
 }
 
 /// Every subset of so many of the first numbers, in order.

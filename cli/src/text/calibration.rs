@@ -1,9 +1,6 @@
 //! Calibrated parameters, for people.
 
-use touchref::io::{
-    CalibrationRecord,
-    calibration::{CalibratedRecord, PlacementRecord},
-};
+use touchref::io::{CalibrationRecord, calibration::PlacementRecord, solution::AdjustmentRecord};
 
 use super::{
     Look,
@@ -45,7 +42,7 @@ pub(crate) fn calibration(record: &CalibrationRecord, look: Look) -> String {
     sheet.finish()
 }
 
-fn parameters(sheet: &mut Sheet, parameters: &[CalibratedRecord], units: &str) {
+fn parameters(sheet: &mut Sheet, parameters: &[AdjustmentRecord], units: &str) {
     sheet.heading(&format!("Parameters ({units}, degrees)"));
     let plus_minus = sheet.plus_minus();
     let header = ["", "nominal", plus_minus, "calibrated", plus_minus, "moved"].map(str::to_owned);

@@ -3,10 +3,12 @@
 
 pub mod conformance;
 pub mod estimate;
+pub mod linear;
 pub mod reference;
 pub mod simulation;
 pub mod study;
 
 pub use estimate::{Estimate, Share};
+pub use linear::{Linear, Observation};
 pub use simulation::{Layout, contacts, random_frame, random_layout, simulate};
 pub use study::{Study, StudyError, StudyLayout, StudyOutcome};

@@ -264,6 +264,9 @@ impl<const P: usize> Minima<'_, '_, P> {
         let size = self.model.problem.fixture().size();
         let scales = Vector6::from_fn(|i, _| if i < 3 { size } else { 1.0 });
         let scaled = minimum.information * Matrix6::from_diagonal(&scales);
+        if !scaled.iter().all(|v| v.is_finite()) {
+            return Vec::new();
+        }
         let motions = (scaled.transpose() * scaled).symmetric_eigen().eigenvectors;
         let along = |motion: Vector6<f64>| {
             let steps = FAR.into_iter().flat_map(|far| [far, -far]);

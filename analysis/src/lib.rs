@@ -3,6 +3,8 @@
 
 pub mod conformance;
 pub mod estimate;
+pub mod gauge;
+pub mod propagation;
 pub mod reference;
 pub mod simulation;
 pub mod study;

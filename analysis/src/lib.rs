@@ -3,7 +3,9 @@
 
 pub mod conformance;
 pub mod estimate;
+pub mod gauge;
 pub mod linear;
+pub mod propagation;
 pub mod reference;
 pub mod reliability;
 pub mod simulation;

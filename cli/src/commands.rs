@@ -10,3 +10,4 @@ pub(crate) mod man;
 pub(crate) mod reliability;
 pub(crate) mod simulate;
 pub(crate) mod study;
+pub(crate) mod uncertainty;

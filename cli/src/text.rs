@@ -9,6 +9,7 @@ mod reliability;
 mod sheet;
 mod solution;
 mod study;
+mod uncertainty;
 
 pub(crate) use calibration::calibration;
 pub(crate) use element::element;
@@ -17,6 +18,7 @@ pub(crate) use plugins::{description, listing};
 pub(crate) use reliability::reliability;
 pub(crate) use solution::solution;
 pub(crate) use study::study;
+pub(crate) use uncertainty::uncertainty;
 
 /// How text may look where it is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

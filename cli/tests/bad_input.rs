@@ -151,6 +151,17 @@ study, counts of one    | study m.toml --layout random --touches-per-surface 4  
 study, nothing touched  | study m.toml --layout random --touches-per-surface 0,0 | too-few-touches |         |
 study, radius negative  | study m.toml --layout nominal -p radius=1+-1  | invalid-input   | fixture.radius   |
 study, endless          | study m.toml --layout nominal -p radius=1+-1 --trials 18446744073709551615 | invalid-input | fixture.radius |
+uncertainty, no draws   | uncertainty m.toml --samples 0                | usage           | --samples <N>    |
+uncertainty, few draws  | uncertainty m.toml --samples 50               | invalid-input   | samples          |
+uncertainty, endless    | uncertainty m.toml --samples 18446744073709551615 | usage       | --samples <N>    |
+uncertainty, samples a word | uncertainty m.toml --samples atuo         | usage           | --samples <N>    |
+uncertainty, certainty  | uncertainty m.toml --probability 1            | usage           | --probability <P> |
+uncertainty, digits 3   | uncertainty m.toml --digits 3                 | usage           | --digits <N>     |
+uncertainty, half a point | uncertainty m.toml --at 1,2                 | usage           | --at <X,Y,Z>     |
+uncertainty, no point   | uncertainty m.toml --at 1,2,nan               | usage           | --at <X,Y,Z>     |
+uncertainty, no frame   | uncertainty m.toml --near 1,2,3               | invalid-input   | near             |
+reliability, alpha 0    | reliability m.toml --alpha 0                  | usage           | --alpha <A>      |
+reliability, power 1    | reliability m.toml --power 1                  | usage           | --power <P>      |
 study, no measurement   | study --fixture cylinder-plane -p radius=1 --layout measurement --sigma 1 | too-few-touches | |
 unknown subcommand      | lcate m.toml                                  | usage           | lcate            | locate
 unknown option          | locate m.toml --solvr x                       | usage           | --solvr          | --solver

@@ -24,8 +24,8 @@ use crate::{
     commands::reliability::chance,
     failure::Failure,
     output::{Output, progress},
-    points::PointArgs,
-    setup::{MeasurementArgs, NearArgs, Setup, SolverArgs, missing_sigma},
+    points::{InUse, UseArgs},
+    setup::{Setup, missing_sigma},
     text::{self, Look},
 };
 
@@ -44,11 +44,7 @@ const LEAST_DEGREES: usize = 3;
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     #[command(flatten)]
-    measurement: MeasurementArgs,
-    #[command(flatten)]
-    near: NearArgs,
-    #[command(flatten)]
-    points: PointArgs,
+    of: UseArgs,
     /// Draws of the Monte Carlo method: a number, `auto` (until its figures are stable) or `none`
     #[arg(long, value_name = "N", default_value = "auto", value_parser = samples)]
     samples: Samples,
@@ -183,13 +179,9 @@ pub(crate) struct DrawnRecord {
 
 impl Args {
     pub(crate) fn run(self, registry: &Registry) -> Result<Output, Failure> {
-        let solver = SolverArgs::default().build(registry, &[])?;
-        let near = self.near.frame()?;
-        let setup = self.measurement.load(registry)?;
-        let solution = setup.solve(&*solver, near)?;
+        let InUse { setup, solution, points } = self.of.locate(registry)?;
         let problem = setup.problem()?;
         let uncertainty = Uncertainty::of(&problem, &solution.frame).map_err(failure)?;
-        let points = self.points.points();
         let mut record = self.record(&setup, &problem, &solution, &uncertainty, &points)?;
         record.monte_carlo = self.drawn(registry, &setup, &problem, &uncertainty, &points)?;
         if let Some(warning) = record.monte_carlo.as_ref().and_then(doubt) {

@@ -8,6 +8,7 @@
 mod common;
 
 use common::{Folder, TABLE, paper, without_touches};
+use rayon::prelude::*;
 
 /// The paper's measurement with a part replaced:
 /// name | part | replacement | code | place | key | nearest
@@ -269,29 +270,31 @@ fn binary() -> Vec<Case> {
     ]
 }
 
+/// What is told of a case, if that is not what is to be told.
+fn wrong(case: &Case) -> Option<String> {
+    let folder = Folder::new().with(case.file, &case.content);
+    let args: Vec<&str> = case.args.iter().map(String::as_str).collect();
+    let (status, printed) = folder.json(&args, &case.stdin);
+    let error = &printed["error"];
+    let number = |key: &str| error[key].as_u64().unwrap_or(0);
+    let text = |key: &str| error[key].as_str().unwrap_or("").to_owned();
+    let told = (text("code"), number("line"), number("column"), text("key"), text("nearest"));
+    let plain = folder.run(&args, &case.stdin);
+    let complaint = String::from_utf8_lossy(&plain.stderr);
+    let sound = (status, plain.status.code()) == (2, Some(2))
+        && printed["schema"] == "touchref.error/1"
+        && !text("message").is_empty()
+        && plain.stdout.is_empty()
+        && !complaint.is_empty()
+        && complaint.is_ascii()
+        && !complaint.contains("panicked");
+    (told != case.told || !sound)
+        .then(|| format!("{}: {told:?}, expected {:?}\n{complaint}", case.name, case.told))
+}
+
 #[test]
 fn every_error_is_told_by_code_place_key_and_nearest_name() {
-    let mut wrong = Vec::new();
-    for case in edited().chain(whole()).chain(tables()).chain(calls()).chain(binary()) {
-        let folder = Folder::new().with(case.file, &case.content);
-        let args: Vec<&str> = case.args.iter().map(String::as_str).collect();
-        let (status, printed) = folder.json(&args, &case.stdin);
-        let error = &printed["error"];
-        let number = |key: &str| error[key].as_u64().unwrap_or(0);
-        let text = |key: &str| error[key].as_str().unwrap_or("").to_owned();
-        let told = (text("code"), number("line"), number("column"), text("key"), text("nearest"));
-        let plain = folder.run(&args, &case.stdin);
-        let complaint = String::from_utf8_lossy(&plain.stderr);
-        let sound = (status, plain.status.code()) == (2, Some(2))
-            && printed["schema"] == "touchref.error/1"
-            && !text("message").is_empty()
-            && plain.stdout.is_empty()
-            && !complaint.is_empty()
-            && complaint.is_ascii()
-            && !complaint.contains("panicked");
-        if told != case.told || !sound {
-            wrong.push(format!("{}: {told:?}, expected {:?}\n{complaint}", case.name, case.told));
-        }
-    }
+    let cases: Vec<Case> = edited().chain(whole()).chain(tables()).chain(calls()).chain(binary()).collect();
+    let wrong: Vec<String> = cases.par_iter().filter_map(wrong).collect();
     assert!(wrong.is_empty(), "{} cases\n{}", wrong.len(), wrong.join("\n"));
 }

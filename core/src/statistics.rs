@@ -153,7 +153,10 @@ mod tests {
         ];
         for (probability, degrees, expected) in table {
             let got = student_quantile(probability, degrees);
-            assert!((got / expected - 1.0).abs() < 1e-9, "{probability}, {degrees}: {got}, expected {expected}");
+            assert!(
+                (got / expected - 1.0).abs() < 1e-9,
+                "{probability}, {degrees}: {got}, expected {expected}"
+            );
             // It is symmetric, as far as doubles tell 1 - p.
             let mirrored = student_quantile(1.0 - probability, degrees);
             assert!((got + mirrored).abs() < 1e-7 * got.abs(), "{probability}, {degrees}: {mirrored}");

@@ -98,7 +98,8 @@ fn observed<const N: usize>(series: [&[f64]; N]) -> ([f64; N], [f64; N], DMatrix
         pairs.map(|(a, b)| (a - means[i]) * (b - means[j])).sum::<f64>() / (count * (count - 1.0))
     });
     let u = std::array::from_fn(|i| covariance[(i, i)].sqrt());
-    let correlation = DMatrix::from_fn(N, N, |i, j| if i == j { 1.0 } else { covariance[(i, j)] / (u[i] * u[j]) });
+    let correlation =
+        DMatrix::from_fn(N, N, |i, j| if i == j { 1.0 } else { covariance[(i, j)] / (u[i] * u[j]) });
     (means, u, correlation)
 }
 
@@ -139,11 +140,9 @@ fn impedance(_: Settings) -> Result<Vec<Figure>, PropagationError> {
 fn thermometer(_: Settings) -> Result<Vec<Figure>, PropagationError> {
     /// The temperature that the line is told about.
     const REFERENCE: f64 = 20.0;
-    let readings =
-        [21.521, 22.012, 22.512, 23.003, 23.507, 23.999, 24.513, 25.002, 25.503, 26.010, 26.511];
-    let corrections = [
-        -0.171, -0.169, -0.166, -0.159, -0.164, -0.165, -0.156, -0.157, -0.159, -0.161, -0.160,
-    ];
+    let readings = [21.521, 22.012, 22.512, 23.003, 23.507, 23.999, 24.513, 25.002, 25.503, 26.010, 26.511];
+    let corrections =
+        [-0.171, -0.169, -0.166, -0.159, -0.164, -0.165, -0.156, -0.157, -0.159, -0.161, -0.160];
     // Least squares about the mean reading, where intercept and slope are independent.
     let count = readings.len() as f64;
     let middle = readings.iter().sum::<f64>() / count;

@@ -6,9 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use super::{
     Example, Figure, Origin, Settings, correlation_of_two, gum::gauge_length, monte_carlo_figures, quietly,
 };
-use crate::propagation::{
-    Distribution, FirstOrder, Input, Interval, MultivariateNormal, PropagationError,
-};
+use crate::propagation::{Distribution, FirstOrder, Input, Interval, MultivariateNormal, PropagationError};
 
 const DOCUMENT: &str = "GUM Supplement 1, JCGM 101:2008";
 const QUOTED: &str = "figures as sandialabs/suncal (test/test_examples.py) quotes them; ends to more digits from closed \
@@ -50,9 +48,7 @@ pub(super) const EXAMPLES: &[Example] = &[
         clause: "9.4, x1 = 0, r = 0",
         title: "comparison loss in microwave power meter calibration",
         source: REFLECTION,
-        compute: |settings| {
-            loss(settings, 0.0, 0.0, ["50", "50.0", "0.0", "149.8"], &[("u", "0")])
-        },
+        compute: |settings| loss(settings, 0.0, 0.0, ["50", "50.0", "0.0", "149.8"], &[("u", "0")]),
     },
     Example {
         document: DOCUMENT,
@@ -86,18 +82,14 @@ pub(super) const EXAMPLES: &[Example] = &[
         clause: "9.4, x1 = 0.010, r = 0.9",
         title: "comparison loss in microwave power meter calibration",
         source: REFLECTION,
-        compute: |settings| {
-            loss(settings, 0.010, 0.9, ["150", "120.5", "12.8", "397.8"], &[("u", "100")])
-        },
+        compute: |settings| loss(settings, 0.010, 0.9, ["150", "120.5", "12.8", "397.8"], &[("u", "100")]),
     },
     Example {
         document: DOCUMENT,
         clause: "9.4, x1 = 0.050, r = 0.9",
         title: "comparison loss in microwave power meter calibration",
         source: REFLECTION,
-        compute: |settings| {
-            loss(settings, 0.050, 0.9, ["2550", "504.5", "1624", "3554"], &[("u", "500")])
-        },
+        compute: |settings| loss(settings, 0.050, 0.9, ["2550", "504.5", "1624", "3554"], &[("u", "500")]),
     },
     Example {
         document: DOCUMENT,

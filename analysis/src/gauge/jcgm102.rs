@@ -10,7 +10,8 @@ use crate::propagation::{
 
 const DOCUMENT: &str = "GUM Supplement 2, JCGM 102:2011";
 const TITLE: &str = "magnitude and phase of a complex quantity";
-const QUOTED: &str = "tables 6 and 7 as sandialabs/suncal (test/test_examples.py, test/ex_magphase.yaml) quotes them";
+const QUOTED: &str =
+    "tables 6 and 7 as sandialabs/suncal (test/test_examples.py, test/ex_magphase.yaml) quotes them";
 
 pub(super) const EXAMPLES: &[Example] = &[
     Example {
@@ -26,10 +27,13 @@ pub(super) const EXAMPLES: &[Example] = &[
         title: TITLE,
         source: QUOTED,
         compute: |settings| {
-            magnitude_and_phase(settings, 0.001, 0.0, ["0.001", "0.010", "0.000", "10.000"], [
-                ["0.013", "0.007"],
-                ["0.000", "1.744"],
-            ])
+            magnitude_and_phase(
+                settings,
+                0.001,
+                0.0,
+                ["0.001", "0.010", "0.000", "10.000"],
+                [["0.013", "0.007"], ["0.000", "1.744"]],
+            )
         },
     },
     Example {
@@ -38,10 +42,13 @@ pub(super) const EXAMPLES: &[Example] = &[
         title: TITLE,
         source: QUOTED,
         compute: |settings| {
-            magnitude_and_phase(settings, 0.001, 0.9, ["0.001", "0.010", "0.000", "10.000"], [
-                ["0.012", "0.008"],
-                ["-0.556", "1.599"],
-            ])
+            magnitude_and_phase(
+                settings,
+                0.001,
+                0.9,
+                ["0.001", "0.010", "0.000", "10.000"],
+                [["0.012", "0.008"], ["-0.556", "1.599"]],
+            )
         },
     },
     Example {
@@ -50,10 +57,13 @@ pub(super) const EXAMPLES: &[Example] = &[
         title: TITLE,
         source: QUOTED,
         compute: |settings| {
-            magnitude_and_phase(settings, 0.010, 0.9, ["0.010", "0.010", "0.000", "1.000"], [
-                ["0.015", "0.008"],
-                ["-0.343", "0.903"],
-            ])
+            magnitude_and_phase(
+                settings,
+                0.010,
+                0.9,
+                ["0.010", "0.010", "0.000", "1.000"],
+                [["0.015", "0.008"], ["-0.343", "0.903"]],
+            )
         },
     },
 ];

@@ -211,10 +211,11 @@ fn monte_carlo_figures(
         (output.low, numerical.low),
         (output.high, numerical.high),
     ];
-    let figures = RESULTS.iter().zip(published).zip(ours).filter_map(|((result, published), (value, deviation))| {
-        let quantity = format!("Monte Carlo: {name}{result}");
-        Some(Figure::new(origin, &quantity, published?, value).with_monte_carlo(deviation))
-    });
+    let figures =
+        RESULTS.iter().zip(published).zip(ours).filter_map(|((result, published), (value, deviation))| {
+            let quantity = format!("Monte Carlo: {name}{result}");
+            Some(Figure::new(origin, &quantity, published?, value).with_monte_carlo(deviation))
+        });
     figures.collect()
 }
 
@@ -232,9 +233,14 @@ mod tests {
 
     #[test]
     fn the_last_digit_decides() {
-        for (written, unit) in
-            [("12", 1.0), ("-0.1712", 1e-4), ("2.00", 0.01), ("5.67037e-8", 1e-13), ("2.05e-13", 1e-15), ("3e4", 1e4)]
-        {
+        for (written, unit) in [
+            ("12", 1.0),
+            ("-0.1712", 1e-4),
+            ("2.00", 0.01),
+            ("5.67037e-8", 1e-13),
+            ("2.05e-13", 1e-15),
+            ("3e4", 1e4),
+        ] {
             assert!((last_digit(written) / unit - 1.0).abs() < 1e-12, "{written}: {}", last_digit(written));
         }
         let figure = |computed| Figure::printed("x", "0.295", computed);

@@ -87,7 +87,8 @@ pub fn numerical_tolerance(u: f64, digits: u32) -> Result<f64, PropagationError>
     }
     // The number as it would be written decides: 0.0999 has two digits as 0.10.
     let written = format!("{:.*e}", digits as usize - 1, u.abs());
-    let exponent = written.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()).unwrap_or(0);
+    let exponent =
+        written.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()).unwrap_or(0);
     Ok(0.5 * 10.0_f64.powi(exponent - digits.cast_signed() + 1))
 }
 

@@ -133,7 +133,11 @@ impl Distribution {
         match self.kind {
             Kind::Normal { u, .. } => u,
             Kind::Student { scale, degrees_of_freedom: nu, .. } => {
-                if nu > 2.0 { scale * (nu / (nu - 2.0)).sqrt() } else { f64::INFINITY }
+                if nu > 2.0 {
+                    scale * (nu / (nu - 2.0)).sqrt()
+                } else {
+                    f64::INFINITY
+                }
             }
             Kind::Trapezoidal { half_width, top, .. } => half_width * ((1.0 + top * top) / 6.0).sqrt(),
             Kind::Arcsine { half_width, .. } => half_width / 2.0_f64.sqrt(),

@@ -57,7 +57,10 @@ impl<'a> FirstOrder<'a> {
             return Err(PropagationError::NoOutputs);
         }
         let valid = |input: &Input| {
-            input.estimate.is_finite() && input.u.is_finite() && input.u >= 0.0 && input.degrees_of_freedom > 0.0
+            input.estimate.is_finite()
+                && input.u.is_finite()
+                && input.u >= 0.0
+                && input.degrees_of_freedom > 0.0
         };
         if let Some(index) = inputs.iter().position(|input| !valid(input)) {
             return Err(PropagationError::Input { index });
@@ -90,7 +93,8 @@ impl<'a> FirstOrder<'a> {
         let mut contributions = DMatrix::zeros(self.outputs, self.inputs.len());
         for (input, known) in self.inputs.iter().enumerate() {
             if known.u > 0.0 {
-                let slopes = self.limit(1, |h| (self.at(&[(input, h)]) - self.at(&[(input, -h)])) / (2.0 * h))?;
+                let slopes =
+                    self.limit(1, |h| (self.at(&[(input, h)]) - self.at(&[(input, -h)])) / (2.0 * h))?;
                 contributions.set_column(input, &slopes);
             }
         }
@@ -118,9 +122,8 @@ impl<'a> FirstOrder<'a> {
         let mut variance = DVector::zeros(self.outputs);
         for &i in &uncertain {
             for &j in &uncertain {
-                let slope = |x: f64, h: f64| {
-                    (self.at(&[(i, x), (j, h)]) - self.at(&[(i, x), (j, -h)])) / (2.0 * h)
-                };
+                let slope =
+                    |x: f64, h: f64| (self.at(&[(i, x), (j, h)]) - self.at(&[(i, x), (j, -h)])) / (2.0 * h);
                 let second = self.limit(2, |h| (slope(h, h) - slope(-h, h)) / (2.0 * h))?;
                 let bend = |x: f64, h: f64| {
                     let ends = self.at(&[(i, x), (j, h)]) + self.at(&[(i, x), (j, -h)]);
@@ -239,7 +242,11 @@ impl Propagation {
     ///
     /// # Errors
     /// [`PropagationError::Probability`].
-    pub fn expanded_uncertainty(&self, output: usize, probability: f64) -> Result<Option<f64>, PropagationError> {
+    pub fn expanded_uncertainty(
+        &self,
+        output: usize,
+        probability: f64,
+    ) -> Result<Option<f64>, PropagationError> {
         check_probability(probability)?;
         let Some(degrees) = self.effective_degrees_of_freedom(output) else { return Ok(None) };
         Ok(Some(coverage_factor(probability, degrees)? * self.standard_uncertainty(output)))

@@ -13,7 +13,9 @@ mod monte_carlo;
 
 use thiserror::Error;
 
-pub use coverage::{Interval, Validation, box_factor, coverage_factor, ellipsoid_factor, numerical_tolerance};
+pub use coverage::{
+    Interval, Validation, box_factor, coverage_factor, ellipsoid_factor, numerical_tolerance,
+};
 pub use distribution::{Distribution, MultivariateNormal};
 pub use first_order::{FirstOrder, Input, Propagation};
 pub use monte_carlo::{Draw, MonteCarlo, Numerical, Output, Propagated, Trials};
@@ -95,7 +97,11 @@ pub enum PropagationError {
 /// # Errors
 /// [`PropagationError::Probability`], unless it lies between 0 and 1.
 fn check_probability(probability: f64) -> Result<(), PropagationError> {
-    if probability > 0.0 && probability < 1.0 { Ok(()) } else { Err(PropagationError::Probability(probability)) }
+    if probability > 0.0 && probability < 1.0 {
+        Ok(())
+    } else {
+        Err(PropagationError::Probability(probability))
+    }
 }
 
 /// # Errors

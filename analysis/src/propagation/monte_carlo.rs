@@ -133,13 +133,19 @@ impl MonteCarlo {
     }
 
     /// Trials of a block.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a positive number of trials")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a positive number of trials"
+    )]
     fn block(&self) -> Result<u64, PropagationError> {
         let beyond = 1.0 - self.probability;
         let whole = LEAST_BLOCK.max((100.0 / beyond).ceil() as u64);
         let (trials, block, least) = match self.trials {
             // Two values beyond the interval at least.
-            Trials::Fixed(all) => (all, whole.min(all / LEAST_BLOCKS), LEAST_BLOCKS * (2.0 / beyond).ceil() as u64),
+            Trials::Fixed(all) => {
+                (all, whole.min(all / LEAST_BLOCKS), LEAST_BLOCKS * (2.0 / beyond).ceil() as u64)
+            }
             Trials::Adaptive { most } => (most, whole, 2 * whole),
         };
         if trials < least {
@@ -235,7 +241,9 @@ impl Series {
         );
         self.trials += trials;
         let before = self.values[0].len();
-        for (trial, row) in (first..).zip(rows.chunks(outputs)).zip(&drawn).filter_map(|(row, drawn)| drawn.then_some(row)) {
+        for (trial, row) in
+            (first..).zip(rows.chunks(outputs)).zip(&drawn).filter_map(|(row, drawn)| drawn.then_some(row))
+        {
             if let Some(output) = row.iter().position(|value| !value.is_finite()) {
                 return Err(PropagationError::NotFinite { trial, output });
             }
@@ -251,7 +259,9 @@ impl Series {
             let [low, high] = interval.ok_or_else(|| self.too_many_failed())?;
             let moments = Moments::of(&block);
             let blocks = &mut self.blocks[output];
-            for (results, result) in blocks.results.iter_mut().zip([moments.mean, moments.deviation(), low, high]) {
+            for (results, result) in
+                blocks.results.iter_mut().zip([moments.mean, moments.deviation(), low, high])
+            {
                 results.push(result);
             }
             blocks.moments.add(moments);

@@ -1,0 +1,165 @@
+//! `gauge`: published worked examples of uncertainty, computed anew.
+
+use std::io;
+
+use serde::Serialize;
+use touchref::{
+    analysis::gauge::{Example, Figure, Settings, Verdict, examples},
+    io::InputError,
+};
+
+use crate::{
+    args::Format,
+    failure::Failure,
+    output::{Output, progress},
+    samples::Samples,
+    text::{self, Look},
+};
+
+/// Trials that `auto` makes at most, of each calculation; they are held in memory.
+const MOST_TRIALS: u64 = 2_000_000;
+
+/// Compute published worked examples of measurement uncertainty anew, and hold the results against what was published
+///
+/// The examples are of the GUM, its supplements 1 and 2, an NPL report and NIST Technical Note 1900. A figure passes when it is
+/// within half a unit of the last digit published, and for a Monte Carlo result within four of our own standard deviations
+/// more; NOTE is a figure that does not, for a reason that is known. Exit status 0: no other differs; 1: one does.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Seed: the same seed gives the same figures, whatever the number of threads
+    #[arg(long, value_name = "N", default_value_t = Settings::default().seed)]
+    seed: u64,
+    /// Trials of each Monte Carlo calculation; `auto`: until two digits of its results are stable [default: 400000]
+    #[arg(long, value_name = "N|auto")]
+    samples: Option<Samples>,
+    /// Form of the result
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// The JSON of `gauge`.
+#[derive(Debug, Serialize)]
+pub(crate) struct GaugeRecord {
+    schema: &'static str,
+    pub(crate) seed: u64,
+    /// Trials of each Monte Carlo calculation; `null` where each made as many as it took.
+    pub(crate) samples: Option<u64>,
+    /// Of our own standard deviations a Monte Carlo result may be off.
+    pub(crate) deviations: f64,
+    pub(crate) pass: usize,
+    pub(crate) note: usize,
+    pub(crate) diff: usize,
+    pub(crate) examples: Vec<ExampleRecord>,
+}
+
+/// One worked example.
+#[derive(Debug, Serialize)]
+pub(crate) struct ExampleRecord {
+    pub(crate) document: &'static str,
+    pub(crate) clause: &'static str,
+    pub(crate) title: &'static str,
+    pub(crate) source: &'static str,
+    pub(crate) figures: Vec<FigureRecord>,
+}
+
+/// One figure.
+#[derive(Debug, Serialize)]
+pub(crate) struct FigureRecord {
+    pub(crate) quantity: String,
+    /// As published.
+    pub(crate) published: &'static str,
+    /// `printed` in the document, or `recomputed` for it.
+    pub(crate) origin: &'static str,
+    pub(crate) computed: f64,
+    pub(crate) difference: f64,
+    pub(crate) tolerance: f64,
+    /// Half a unit of the last digit: the part of the tolerance that is not ours.
+    pub(crate) rounding: f64,
+    /// Standard deviation of ours, `null` unless it is a Monte Carlo result.
+    pub(crate) monte_carlo_s: Option<f64>,
+    #[serde(serialize_with = "as_name")]
+    pub(crate) verdict: Verdict,
+    /// Of a NOTE.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) reason: Option<&'static str>,
+}
+
+fn as_name<S: serde::Serializer>(verdict: &Verdict, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(verdict.name())
+}
+
+impl Args {
+    pub(crate) fn run(self) -> Result<Output, Failure> {
+        let trials = self.samples.map_or(Settings::default().trials, |samples| samples.trials(MOST_TRIALS));
+        let settings = Settings { seed: self.seed, trials };
+        let bar = progress(examples().count() as u64);
+        let mut records = Vec::new();
+        for example in examples() {
+            let figures = example.figures(settings).map_err(|error| {
+                let error = InputError::new("invalid-input", error.to_string()).with_key("samples");
+                error.with_help("give more --samples")
+            })?;
+            records.push(ExampleRecord::new(example, figures));
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        let record = GaugeRecord::new(settings, records);
+        let output = match self.format {
+            Format::Json => Output::json(&record),
+            Format::Text => Output::bytes(text::gauge(&record, Look::of(&io::stdout()))),
+        };
+        Ok(output.with_status(u8::from(record.diff > 0)))
+    }
+}
+
+impl GaugeRecord {
+    fn new(settings: Settings, examples: Vec<ExampleRecord>) -> Self {
+        use touchref::analysis::{gauge::DEVIATIONS, propagation::Trials};
+        let figures = || examples.iter().flat_map(|example| &example.figures);
+        let count = |verdict| figures().filter(|figure| figure.verdict == verdict).count();
+        Self {
+            schema: "touchref.gauge/1",
+            seed: settings.seed,
+            samples: match settings.trials {
+                Trials::Fixed(number) => Some(number),
+                Trials::Adaptive { .. } => None,
+            },
+            deviations: DEVIATIONS,
+            pass: count(Verdict::Pass),
+            note: count(Verdict::Note),
+            diff: count(Verdict::Diff),
+            examples,
+        }
+    }
+}
+
+impl ExampleRecord {
+    fn new(example: &Example, figures: Vec<Figure>) -> Self {
+        let Example { document, clause, title, source, .. } = *example;
+        Self {
+            document,
+            clause,
+            title,
+            source,
+            figures: figures.into_iter().map(FigureRecord::from).collect(),
+        }
+    }
+}
+
+impl From<Figure> for FigureRecord {
+    fn from(figure: Figure) -> Self {
+        let verdict = figure.verdict();
+        Self {
+            published: figure.published,
+            origin: figure.origin.name(),
+            computed: figure.computed,
+            difference: figure.difference(),
+            tolerance: figure.tolerance(),
+            rounding: figure.rounding(),
+            monte_carlo_s: figure.monte_carlo,
+            reason: figure.reason.filter(|_| verdict == Verdict::Note),
+            verdict,
+            quantity: figure.quantity,
+        }
+    }
+}

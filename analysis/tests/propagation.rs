@@ -340,9 +340,17 @@ fn correlated_inputs_and_degrees_of_freedom() {
     assert!((together.covariance[(0, 0)] - (25.0 + 12.0)).abs() < 1e-7);
     assert!((together.covariance[(1, 1)] - (25.0 - 12.0)).abs() < 1e-7);
     assert!((together.correlation(0, 1) + 7.0 / (37.0 * 13.0_f64).sqrt()).abs() < 1e-8);
-    // Welch and Satterthwaite's formula is for independent inputs.
+    // Degrees of freedom that are whole stay so, whatever the derivatives' rounding.
+    let scaled = |x: &[f64], y: &mut [f64]| y[0] = (x[0] / 7.0).exp();
+    let one = [Input::new(0.3, 0.01).with_degrees_of_freedom(9.0)];
+    let alone = FirstOrder::new(&one, 1, &scaled).unwrap().propagate().unwrap();
+    let factor = alone.expanded_uncertainty(0, 0.95).unwrap().unwrap() / alone.standard_uncertainty(0);
+    assert!((factor - 2.262_157_163).abs() < 1e-8, "{factor}");
+    // Welch and Satterthwaite's formula, and that of higher order, are for independent inputs.
     assert_eq!(together.effective_degrees_of_freedom(0), None);
     assert_eq!(together.expanded_uncertainty(0, 0.95), Ok(None));
+    let first_order = FirstOrder::new(&inputs, 2, &sum).unwrap().with_correlation(&correlation).unwrap();
+    assert_eq!(first_order.higher_order_variance(), Err(PropagationError::Correlated));
 }
 
 #[test]

@@ -120,8 +120,8 @@ fn sum(
     // Symmetric, as the distribution is: the ends of a shortest interval scatter more.
     let drawn = settings.monte_carlo(0.95, Interval::Symmetric).run(1, &draw, &quietly)?;
     let mut figures = vec![
-        Figure::new(origin, "first order: u", first_order[0], result.standard_uncertainty(0)),
-        Figure::new(origin, "first order: high end", first_order[1], expanded),
+        Figure::recomputed("first order: u", first_order[0], result.standard_uncertainty(0)),
+        Figure::recomputed("first order: high end", first_order[1], expanded),
     ];
     figures.extend(monte_carlo_figures(origin, "", monte_carlo.map(Some), &drawn.outputs[0]));
     Ok(figures)

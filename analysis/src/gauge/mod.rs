@@ -74,7 +74,7 @@ pub fn examples() -> impl Iterator<Item = &'static Example> {
 /// How a published figure is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
-    /// The document prints it.
+    /// The document prints it, as our source quotes it.
     Printed,
     /// Computed for the document's example from closed forms or by other programs; the document itself was not at hand.
     Recomputed,

@@ -115,9 +115,11 @@ impl<'a> FirstOrder<'a> {
     /// or nearly (GUM 5.1.2, note): `sum of (f_ij^2 / 2 + f_i f_ijj) u_i^2 u_j^2`. It may be negative.
     ///
     /// # Errors
-    /// [`PropagationError::NotDifferentiable`].
+    /// [`PropagationError::Correlated`]; [`PropagationError::NotDifferentiable`].
     pub fn higher_order_variance(&self) -> Result<Vec<f64>, PropagationError> {
-        let slopes = self.propagate()?.contributions;
+        let Propagation { contributions: slopes, correlated: false, .. } = self.propagate()? else {
+            return Err(PropagationError::Correlated);
+        };
         let uncertain: Vec<usize> = (0..self.inputs.len()).filter(|&i| self.inputs[i].u > 0.0).collect();
         let mut variance = DVector::zeros(self.outputs);
         for &i in &uncertain {

@@ -97,6 +97,9 @@ impl MonteCarlo {
     /// Makes the trials, on all threads: trial `k` draws from [`generator`]`(seed, k)`. Calls `progress` with how many
     /// more were made, from any thread.
     ///
+    /// With [`Trials::Adaptive`] it goes on until every output is stable by the rule for
+    /// one: JCGM 102:2011, 7.8, asks for the coverage factor and the correlations to be, too, which is left out here.
+    ///
     /// Holds all values in memory: so many times the outputs.
     ///
     /// # Errors

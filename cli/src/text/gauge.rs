@@ -52,7 +52,7 @@ fn figures(sheet: &mut Sheet, example: &ExampleRecord) {
             figure.quantity.clone(),
             published(figure),
             computed(figure),
-            short(figure.difference),
+            off_by(figure),
             short(figure.tolerance),
             ours,
         ]
@@ -62,6 +62,17 @@ fn figures(sheet: &mut Sheet, example: &ExampleRecord) {
         if let (Verdict::Note, Some(reason)) = (figure.verdict, figure.reason) {
             sheet.prose(&format!("NOTE {}: {reason}", figure.quantity));
         }
+    }
+}
+
+/// The difference; nothing where it is but rounding.
+fn off_by(figure: &FigureRecord) -> String {
+    /// Of half a unit of the last digit.
+    const ROUNDING: f64 = 1e-6;
+    if figure.difference.abs() < ROUNDING * figure.rounding {
+        "0".to_owned()
+    } else {
+        short(figure.difference)
     }
 }
 

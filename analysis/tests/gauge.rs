@@ -65,7 +65,7 @@ fn every_reason_is_needed() {
             let published: f64 = figure.published.parse().unwrap();
             assert!((exact - published).abs() > figure.rounding(), "{place:?}: {exact}");
             assert!(
-                (figure.computed - exact).abs() <= 4.0 * figure.monte_carlo.unwrap(),
+                (figure.computed - exact).abs() <= figure.monte_carlo.unwrap().bound(),
                 "{place:?}: {figure:?}"
             );
         }
@@ -84,11 +84,11 @@ fn every_figure_has_its_own_place() {
     }
 }
 
-/// A wrong number does not hide: each figure moved by two units of its last digit and eight of our own standard deviations.
+/// A wrong number does not hide: each figure moved by two units of its last digit and twice the scatter of ours.
 #[test]
 fn a_wrong_figure_differs() {
     for (example, figure) in all(Settings { trials: Trials::Fixed(2000), ..Settings::default() }) {
-        let moved = 4.0 * figure.rounding() + 8.0 * figure.monte_carlo.unwrap_or(0.0);
+        let moved = 4.0 * figure.rounding() + 2.0 * figure.monte_carlo.map_or(0.0, |scatter| scatter.bound());
         let published: f64 = figure.published.parse().unwrap();
         let wrong = Figure { computed: published + moved, reason: None, ..figure };
         assert_eq!(wrong.verdict(), Verdict::Diff, "{}: {wrong:?}", example.clause);

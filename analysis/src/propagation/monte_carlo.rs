@@ -56,6 +56,8 @@ pub struct Propagated {
     pub trials: u64,
     /// How many of them had no value; the results are of the others.
     pub failed: u64,
+    /// Into how many blocks they were cut, to see how results scatter.
+    pub blocks: usize,
     /// Whether all results are known to their numerical tolerance. For a fixed number of trials, too, where it is no more
     /// than told.
     pub stable: bool,
@@ -325,8 +327,9 @@ impl Series {
             })
         };
         let results = (0..outputs).map(one).collect::<Result<_, PropagationError>>()?;
+        let blocks = self.blocks[0].results[0].len();
         let Self { trials, failed, values, .. } = self;
-        Ok(Propagated { outputs: results, covariance, trials, failed, stable, values })
+        Ok(Propagated { outputs: results, covariance, trials, failed, blocks, stable, values })
     }
 
     fn too_many_failed(&self) -> PropagationError {

@@ -4,7 +4,10 @@ use std::io;
 
 use serde::Serialize;
 use touchref::{
-    analysis::gauge::{Example, Figure, Settings, Verdict, examples},
+    analysis::{
+        gauge::{CHANCE, Example, Figure, Settings, Verdict, examples},
+        propagation::Trials,
+    },
     io::InputError,
 };
 
@@ -22,8 +25,8 @@ const MOST_TRIALS: u64 = 2_000_000;
 /// Compute published worked examples of measurement uncertainty anew, and hold the results against what was published
 ///
 /// The examples are of the GUM, its supplements 1 and 2, an NPL report and NIST Technical Note 1900. A figure passes when it is
-/// within half a unit of the last digit published, and for a Monte Carlo result within four of our own standard deviations
-/// more; NOTE is a figure that does not, for a reason that is known. Exit status 0: no other differs; 1: one does.
+/// within half a unit of the last digit published, and for a Monte Carlo result within so much more as ours scatters (chance
+/// 1e-5 of being further off); NOTE is a figure that does not, for a reason that is known. Exit status 0: no other differs; 1: one does.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Seed: the same seed gives the same figures, whatever the number of threads
@@ -44,8 +47,8 @@ pub(crate) struct GaugeRecord {
     pub(crate) seed: u64,
     /// Trials of each Monte Carlo calculation; `null` where each made as many as it took.
     pub(crate) samples: Option<u64>,
-    /// Of our own standard deviations a Monte Carlo result may be off.
-    pub(crate) deviations: f64,
+    /// At which a Monte Carlo result is further off than its tolerance.
+    pub(crate) chance: f64,
     pub(crate) pass: usize,
     pub(crate) note: usize,
     pub(crate) diff: usize,
@@ -73,10 +76,12 @@ pub(crate) struct FigureRecord {
     pub(crate) computed: f64,
     pub(crate) difference: f64,
     pub(crate) tolerance: f64,
-    /// Half a unit of the last digit: the part of the tolerance that is not ours.
+    /// The part of the tolerance that is half a unit of the last digit.
     pub(crate) rounding: f64,
-    /// Standard deviation of ours, `null` unless it is a Monte Carlo result.
-    pub(crate) monte_carlo_s: Option<f64>,
+    /// The part that is the scatter of ours; `null` unless it is a Monte Carlo result.
+    pub(crate) scatter: Option<f64>,
+    /// Standard deviation of ours.
+    pub(crate) scatter_s: Option<f64>,
     #[serde(serialize_with = "as_name")]
     pub(crate) verdict: Verdict,
     /// Of a NOTE.
@@ -108,13 +113,12 @@ impl Args {
             Format::Json => Output::json(&record),
             Format::Text => Output::bytes(text::gauge(&record, Look::of(&io::stdout()))),
         };
-        Ok(output.with_status(u8::from(record.diff > 0)))
+        Ok(output.with_status(record.status()))
     }
 }
 
 impl GaugeRecord {
     fn new(settings: Settings, examples: Vec<ExampleRecord>) -> Self {
-        use touchref::analysis::{gauge::DEVIATIONS, propagation::Trials};
         let figures = || examples.iter().flat_map(|example| &example.figures);
         let count = |verdict| figures().filter(|figure| figure.verdict == verdict).count();
         Self {
@@ -124,12 +128,17 @@ impl GaugeRecord {
                 Trials::Fixed(number) => Some(number),
                 Trials::Adaptive { .. } => None,
             },
-            deviations: DEVIATIONS,
+            chance: CHANCE,
             pass: count(Verdict::Pass),
             note: count(Verdict::Note),
             diff: count(Verdict::Diff),
             examples,
         }
+    }
+
+    /// The exit status.
+    fn status(&self) -> u8 {
+        u8::from(self.diff > 0)
     }
 }
 
@@ -156,10 +165,40 @@ impl From<Figure> for FigureRecord {
             difference: figure.difference(),
             tolerance: figure.tolerance(),
             rounding: figure.rounding(),
-            monte_carlo_s: figure.monte_carlo,
+            scatter: figure.monte_carlo.map(|scatter| scatter.bound()),
+            scatter_s: figure.monte_carlo.map(|scatter| scatter.s),
             reason: figure.reason.filter(|_| verdict == Verdict::Note),
             verdict,
             quantity: figure.quantity,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use touchref::analysis::gauge::Origin;
+
+    use super::*;
+
+    #[test]
+    fn one_figure_that_differs_is_told() {
+        let figure = |computed| Figure {
+            quantity: "u".to_owned(),
+            published: "2.00",
+            origin: Origin::Printed,
+            computed,
+            monte_carlo: None,
+            reason: None,
+        };
+        let record = |figures: Vec<Figure>| {
+            let example = examples().next().unwrap();
+            GaugeRecord::new(Settings::default(), vec![ExampleRecord::new(example, figures)])
+        };
+        let right = record(vec![figure(2.004)]);
+        assert_eq!((right.pass, right.diff, right.status()), (1, 0, 0));
+        let wrong = record(vec![figure(2.004), figure(2.006)]);
+        assert_eq!((wrong.pass, wrong.diff, wrong.status()), (1, 1, 1));
+        let text = text::gauge(&wrong, Look::PLAIN);
+        assert!(text.contains("1 figure differs.") && text.contains("DIFF"), "{text}");
     }
 }

@@ -4,7 +4,7 @@ use touchref::analysis::gauge::Verdict;
 
 use super::{
     Look,
-    number::{fixed, short},
+    number::{fixed, short, short_or_dash},
     sheet::{BAD, GOOD, Sheet},
 };
 use crate::commands::gauge::{ExampleRecord, FigureRecord, GaugeRecord};
@@ -40,13 +40,8 @@ fn verdict(sheet: &mut Sheet, record: &GaugeRecord) {
 }
 
 fn figures(sheet: &mut Sheet, example: &ExampleRecord) {
-    let header = ["", "", "published", "computed", "off by", "tolerance", "of it ours"].map(str::to_owned);
+    let header = ["", "", "published", "computed", "off by", "tolerance", "of it scatter"].map(str::to_owned);
     let rows = example.figures.iter().map(|figure| {
-        let ours = if figure.monte_carlo_s.is_some() {
-            short(figure.tolerance - figure.rounding)
-        } else {
-            "-".to_owned()
-        };
         vec![
             figure.verdict.name().to_owned(),
             figure.quantity.clone(),
@@ -54,7 +49,7 @@ fn figures(sheet: &mut Sheet, example: &ExampleRecord) {
             computed(figure),
             off_by(figure),
             short(figure.tolerance),
-            ours,
+            short_or_dash(figure.scatter),
         ]
     });
     sheet.table(&header, rows.collect(), &[2, 3, 4, 5, 6]);
@@ -100,9 +95,9 @@ fn basis(sheet: &mut Sheet, record: &GaugeRecord) {
     );
     sheet.prose(&format!("{trials} of each Monte Carlo calculation, seed {}", record.seed));
     sheet.prose(&format!(
-        "tolerance: half a unit of the last digit published; for a Monte Carlo result and {} of our own standard deviations, \
-         the column `of it ours`",
-        record.deviations
+        "tolerance: half a unit of the last digit published, and for a Monte Carlo result as much more as ours scatters, with \
+         a chance of {:e} of being further off",
+        record.chance
     ));
     sheet.prose(
         "* recomputed for the document's example, from closed forms or by other programs, not printed in it",

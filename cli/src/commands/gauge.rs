@@ -82,15 +82,10 @@ pub(crate) struct FigureRecord {
     pub(crate) scatter: Option<f64>,
     /// Standard deviation of ours.
     pub(crate) scatter_s: Option<f64>,
-    #[serde(serialize_with = "as_name")]
-    pub(crate) verdict: Verdict,
+    pub(crate) verdict: &'static str,
     /// Of a NOTE.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) reason: Option<&'static str>,
-}
-
-fn as_name<S: serde::Serializer>(verdict: &Verdict, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(verdict.name())
 }
 
 impl Args {
@@ -120,7 +115,7 @@ impl Args {
 impl GaugeRecord {
     fn new(settings: Settings, examples: Vec<ExampleRecord>) -> Self {
         let figures = || examples.iter().flat_map(|example| &example.figures);
-        let count = |verdict| figures().filter(|figure| figure.verdict == verdict).count();
+        let count = |verdict: Verdict| figures().filter(|figure| figure.verdict == verdict.name()).count();
         Self {
             schema: "touchref.gauge/1",
             seed: settings.seed,
@@ -168,7 +163,7 @@ impl From<Figure> for FigureRecord {
             scatter: figure.monte_carlo.map(|scatter| scatter.bound()),
             scatter_s: figure.monte_carlo.map(|scatter| scatter.s),
             reason: figure.reason.filter(|_| verdict == Verdict::Note),
-            verdict,
+            verdict: verdict.name(),
             quantity: figure.quantity,
         }
     }

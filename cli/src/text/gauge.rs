@@ -1,7 +1,5 @@
 //! Published examples computed anew, for people.
 
-use touchref::analysis::gauge::Verdict;
-
 use super::{
     Look,
     number::{fixed, short, short_or_dash},
@@ -43,7 +41,7 @@ fn figures(sheet: &mut Sheet, example: &ExampleRecord) {
     let header = ["", "", "published", "computed", "off by", "tolerance", "of it scatter"].map(str::to_owned);
     let rows = example.figures.iter().map(|figure| {
         vec![
-            figure.verdict.name().to_owned(),
+            figure.verdict.to_owned(),
             figure.quantity.clone(),
             published(figure),
             computed(figure),
@@ -54,8 +52,8 @@ fn figures(sheet: &mut Sheet, example: &ExampleRecord) {
     });
     sheet.table(&header, rows.collect(), &[2, 3, 4, 5, 6]);
     for figure in &example.figures {
-        if let (Verdict::Note, Some(reason)) = (figure.verdict, figure.reason) {
-            sheet.prose(&format!("NOTE {}: {reason}", figure.quantity));
+        if let Some(reason) = figure.reason {
+            sheet.prose(&format!("{} {}: {reason}", figure.verdict, figure.quantity));
         }
     }
 }

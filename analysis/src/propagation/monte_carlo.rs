@@ -180,7 +180,7 @@ struct Blocks {
     moments: Moments,
 }
 
-/// Count, mean, and sum of squared distances from the mean; sums of parts by Chan, Golub and others (1983).
+/// Count, mean, and sum of squared distances from the mean; sums of parts by Chan and others (1983).
 #[derive(Debug, Clone, Copy, Default)]
 struct Moments {
     count: f64,

@@ -287,6 +287,11 @@ fn derivatives_are_those_of_calculus() {
     }
     let between: f64 = (0..3).map(|k| exact[0][k] * exact[1][k] * inputs[k].u.powi(2)).sum();
     assert!((result.covariance[(0, 1)] / between - 1.0).abs() < 1e-8);
+    // An uncertainty of 5e-12 of the estimate is not lost in rounding.
+    let sharp = [Input::new(10_973_731.568_539, 0.000_055)];
+    let power = |x: &[f64], y: &mut [f64]| y[0] = x[0].powi(4);
+    let slope = FirstOrder::new(&sharp, 1, &power).unwrap().propagate().unwrap().sensitivity(0, 0).unwrap();
+    assert!((slope / (4.0 * sharp[0].estimate.powi(3)) - 1.0).abs() < DERIVATIVE, "{slope}");
     // A kink within one standard uncertainty is seen from near by.
     let kink = |x: &[f64], y: &mut [f64]| y[0] = x[0].abs();
     let near = FirstOrder::new(&[Input::new(0.001, 0.01)], 1, &kink).unwrap().propagate().unwrap();

@@ -1,38 +1,23 @@
-//! How many trials a Monte Carlo calculation makes, as it is typed.
-
-use std::str::FromStr;
+//! How many draws a Monte Carlo calculation makes, as it is typed.
 
 use touchref::analysis::propagation::Trials;
 
+/// Draws after which a result that is not stable is told as it is.
+const MOST_DRAWS: u64 = 2_000_000;
+/// Draws that may be asked for: all of their numbers are held in memory.
+const MOST_SAMPLES: u64 = 10_000_000;
+
 /// A number, or `auto`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Samples {
-    /// So many.
-    Number(u64),
-    /// Until the results are stable.
-    Auto,
-}
-
-impl Samples {
-    /// The same for the calculation, which holds so many in memory at most.
-    pub(crate) fn trials(self, most: u64) -> Trials {
-        match self {
-            Self::Number(number) => Trials::Fixed(number),
-            Self::Auto => Trials::Adaptive { most },
-        }
-    }
-}
-
-impl FromStr for Samples {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "auto" => Ok(Self::Auto),
-            number => {
-                number.parse().map(Self::Number).map_err(|_| "expected a whole number, or auto".to_owned())
-            }
-        }
+///
+/// # Errors
+/// What was expected.
+pub(crate) fn trials(text: &str) -> Result<Trials, String> {
+    match text.trim() {
+        "auto" => Ok(Trials::Adaptive { most: MOST_DRAWS }),
+        number => match number.parse() {
+            Ok(count @ 1..=MOST_SAMPLES) => Ok(Trials::Fixed(count)),
+            _ => Err(format!("expected a number of draws up to {MOST_SAMPLES}, or `auto`")),
+        },
     }
 }
 
@@ -42,10 +27,10 @@ mod tests {
 
     #[test]
     fn a_number_or_auto() {
-        assert_eq!("auto".parse(), Ok(Samples::Auto));
-        assert_eq!("1000".parse(), Ok(Samples::Number(1000)));
-        for wrong in ["", "Auto", "-1", "1e6", "1.5"] {
-            assert!(wrong.parse::<Samples>().is_err(), "{wrong}");
+        assert_eq!(trials("auto"), Ok(Trials::Adaptive { most: MOST_DRAWS }));
+        assert_eq!(trials("1000"), Ok(Trials::Fixed(1000)));
+        for wrong in ["", "Auto", "0", "-1", "1e6", "1.5", "10000001"] {
+            assert!(trials(wrong).is_err(), "{wrong}");
         }
     }
 }

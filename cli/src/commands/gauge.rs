@@ -15,12 +15,9 @@ use crate::{
     args::Format,
     failure::Failure,
     output::{Output, progress},
-    samples::Samples,
+    samples::trials,
     text::{self, Look},
 };
-
-/// Trials that `auto` makes at most, of each calculation; they are held in memory.
-const MOST_TRIALS: u64 = 2_000_000;
 
 /// Compute published worked examples of measurement uncertainty anew, and hold the results against what was published
 ///
@@ -32,9 +29,9 @@ pub(crate) struct Args {
     /// Seed: the same seed gives the same figures, whatever the number of threads
     #[arg(long, value_name = "N", default_value_t = Settings::default().seed)]
     seed: u64,
-    /// Trials of each Monte Carlo calculation; `auto`: until two digits of its results are stable [default: 400000]
-    #[arg(long, value_name = "N|auto")]
-    samples: Option<Samples>,
+    /// Draws of each Monte Carlo calculation: a number, or `auto` (until its figures are stable) [default: 400000]
+    #[arg(long, value_name = "N", value_parser = trials)]
+    samples: Option<Trials>,
     /// Form of the result
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -90,7 +87,7 @@ pub(crate) struct FigureRecord {
 
 impl Args {
     pub(crate) fn run(self) -> Result<Output, Failure> {
-        let trials = self.samples.map_or(Settings::default().trials, |samples| samples.trials(MOST_TRIALS));
+        let trials = self.samples.unwrap_or(Settings::default().trials);
         let settings = Settings { seed: self.seed, trials };
         let bar = progress(examples().count() as u64);
         let mut records = Vec::new();

@@ -100,7 +100,9 @@ fn basis(sheet: &mut Sheet, record: &GaugeRecord) {
     sheet.prose(
         "* recomputed for the document's example, from closed forms or by other programs, not printed in it",
     );
-    for example in &record.examples {
-        sheet.prose(&format!("{}, {}: {}", example.document, example.clause, example.source));
+    let together = |a: &ExampleRecord, b: &ExampleRecord| a.document == b.document && a.source == b.source;
+    for examples in record.examples.chunk_by(together) {
+        let clauses: Vec<&str> = examples.iter().map(|example| example.clause).collect();
+        sheet.prose(&format!("{}, {}: {}", examples[0].document, clauses.join("; "), examples[0].source));
     }
 }

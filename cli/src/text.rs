@@ -3,6 +3,7 @@
 mod calibration;
 mod element;
 mod failure;
+mod gauge;
 mod number;
 mod plugins;
 mod reliability;
@@ -14,6 +15,7 @@ mod uncertainty;
 pub(crate) use calibration::calibration;
 pub(crate) use element::element;
 pub(crate) use failure::failure;
+pub(crate) use gauge::gauge;
 pub(crate) use plugins::{description, listing};
 pub(crate) use reliability::reliability;
 pub(crate) use solution::solution;

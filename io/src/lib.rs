@@ -3,6 +3,7 @@
 //! * [`Measurement`]: fixture, probe and touches from TOML or JSON;
 //! * [`parameter`]: parameters of plugins from arguments;
 //! * [`table`]: touch tables (CSV), read row by row;
+//! * [`log`]: touches from the logs of machines;
 //! * [`solution`], [`calibration`] and [`refusal`]: the JSON of a frame, of a calibration, and of an error;
 //! * [`frame`]: frames as text;
 //! * [`dialect`]: a frame in the words of the machine that will use it;
@@ -15,6 +16,7 @@ pub mod calibration;
 pub mod dialect;
 pub mod error;
 pub mod frame;
+pub mod log;
 pub mod measurement;
 pub mod parameter;
 pub mod refusal;

@@ -8,9 +8,11 @@ use touchref_core::{
     Value, Warning,
 };
 
-use crate::{Input, InputError, Units, parameter, source::Source, table::TableReader};
+use crate::{Input, InputError, Units, log::LogSource, parameter, source::Source, table::TableReader};
 
 mod file;
+
+pub(crate) use file::read_units;
 
 /// In the place of a surface's name: that it is not known.
 pub const UNLABELLED: &str = "?";
@@ -41,6 +43,8 @@ pub enum TouchSource {
     Absent,
     /// In a touch table.
     Table(Input),
+    /// In the log of a machine.
+    Log(Box<LogSource>),
     /// In the measurement itself.
     Listed(Vec<TouchRecord>),
     /// Of many placements of the fixture; each in a table or listed.
@@ -337,14 +341,15 @@ impl Measurement {
         let touches = match source {
             TouchSource::Absent | TouchSource::Placed(_) => {
                 return Err(InputError::new("too-few-touches", "the measurement has no touches").with_help(
-                    "list them in the measurement file as [[touch]], name a table there (touches = \"touches.csv\"), \
-                     or give one with --touches TABLE",
+                    "list them in the measurement file as [[touch]], name a table there (touches = \"touches.csv\") or a \
+                     machine's log ([log]), or give one with --touches TABLE",
                 ));
             }
             TouchSource::Listed(records) => {
                 Touches { records: records.clone(), file: self.file().to_owned(), ..Touches::default() }
             }
             TouchSource::Table(input) => from_table(fixture, input)?,
+            TouchSource::Log(log) => log.touches(fixture, self.units, &self.probe)?,
         };
         self.same_certainty(&touches)?;
         Ok(touches)

@@ -98,7 +98,7 @@ impl Source {
             let message = format!("{name} is larger than {} MiB", LARGEST >> 20);
             return Err(InputError::new("invalid-input", message)
                 .with_file(&name)
-                .with_help("a measurement file is short; many touches belong in a touch table"));
+                .with_help("a measurement file or a log is short; many touches belong in a touch table"));
         }
         match String::from_utf8(bytes) {
             Ok(text) => Ok(Self::new(&name, &text)),
@@ -116,6 +116,11 @@ impl Source {
 
     pub(crate) fn text(&self) -> &str {
         &self.text
+    }
+
+    /// Where in the input its text begins, in bytes.
+    pub(crate) fn start(&self) -> usize {
+        self.skipped
     }
 
     /// The place of a span of bytes of [`text`](Self::text).

@@ -17,7 +17,7 @@ use crate::{
     walk::direction,
 };
 
-mod line;
+pub(crate) mod line;
 
 use line::{Fields, Line};
 
@@ -245,15 +245,7 @@ impl TableReader {
 
     fn number(&self, line: &Line, index: usize) -> Result<f64, InputError> {
         let text = self.fields.get(index);
-        let number = if self.decimal_comma && !text.contains('.') {
-            text.replacen(',', ".", 1).parse::<f64>()
-        } else {
-            text.parse::<f64>()
-        };
-        number
-            .ok()
-            .filter(|value| value.is_finite())
-            .ok_or_else(|| self.wrong(line, index, "a finite number"))
+        decimal(text, self.decimal_comma).ok_or_else(|| self.wrong(line, index, "a finite number"))
     }
 
     fn wrong(&self, line: &Line, index: usize, expected: &str) -> InputError {
@@ -303,6 +295,16 @@ fn delimiter_of(header: &str) -> u8 {
     let count = |delimiter: u8| header.bytes().filter(|byte| *byte == delimiter).count();
     // At equal counts the last is taken: the comma, which also stands for a header of one column.
     [b';', b'\t', b','].into_iter().max_by_key(|delimiter| count(*delimiter)).unwrap_or(b',')
+}
+
+/// A finite number, perhaps with a decimal comma.
+pub(crate) fn decimal(text: &str, decimal_comma: bool) -> Option<f64> {
+    let number = if decimal_comma && !text.contains('.') {
+        text.replacen(',', ".", 1).parse::<f64>()
+    } else {
+        text.parse::<f64>()
+    };
+    number.ok().filter(|value| value.is_finite())
 }
 
 /// The lines of an input that are neither blank nor comments.
@@ -367,7 +369,7 @@ impl Lines {
 
 impl Line {
     /// The place of the line as a whole.
-    fn place(&self) -> Place {
+    pub(crate) fn place(&self) -> Place {
         Place { column: None, ..self.place_of(0..self.text.len()) }
     }
 

@@ -5,7 +5,7 @@ use touchref_core::parameters::nearest;
 
 use crate::{
     InputError,
-    source::Source,
+    source::{Place, Source},
     tree::{Content, Entry, Node},
 };
 
@@ -81,6 +81,11 @@ impl<'a> Table<'a> {
 }
 
 impl<'a> Field<'a> {
+    /// Where the value stands.
+    pub(crate) fn place(&self) -> Place {
+        self.source.place(self.node.span.clone())
+    }
+
     /// An error at this value.
     pub(crate) fn wrong(&self, found: &str, expected: &str) -> InputError {
         let of = if self.path.is_empty() { "the document".to_owned() } else { format!("`{}`", self.path) };

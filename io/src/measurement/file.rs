@@ -7,15 +7,17 @@ use touchref_core::{Noise, Probe, parameters::nearest};
 
 use super::{Measurement, Origin, PlacementSource, TouchRecord, TouchSource};
 use crate::{
-    Input, InputError, Units, parameter,
+    Input, InputError, Units,
+    log::LogSource,
+    parameter,
     source::Source,
     tree,
     walk::{Field, Table},
 };
 
-const TOP_KEYS: &[&str] = &["units", "fixture", "probe", "touches", "touch", "placement"];
+const TOP_KEYS: &[&str] = &["units", "fixture", "probe", "touches", "touch", "log", "placement"];
 const PROBE_KEYS: &[&str] = &["tip_radius", "sigma"];
-const PLACEMENT_KEYS: &[&str] = &["name", "touches", "touch"];
+const PLACEMENT_KEYS: &[&str] = &["name", "touches", "touch", "log"];
 const TOUCH_KEYS: &[&str] = &["surface", "at", "id", "sigma", "approach", "covariance"];
 
 /// Reads a measurement from its text; a touch table it names is looked for in `folder`.
@@ -37,7 +39,7 @@ pub(super) fn read(source: Source, folder: &Path) -> Result<Measurement, InputEr
     Ok(Measurement { units, kind: kind_name, parameters, probe, touches, origin: Some(Arc::new(origin)) })
 }
 
-fn read_units(field: &Field<'_>) -> Result<Units, InputError> {
+pub(crate) fn read_units(field: &Field<'_>) -> Result<Units, InputError> {
     let name = field.text()?;
     Units::from_name(name).ok_or_else(|| {
         let known = Units::ALL.map(Units::name);
@@ -114,37 +116,36 @@ fn read_touches(
     Ok((TouchSource::Placed(read), places))
 }
 
-/// The touches of one placement, in the file itself or in a table that it names.
+/// The touches of one placement, in the file itself, or in a table or a log that it names.
 fn read_list_or_table(
     source: &Source,
     root: &Table<'_>,
     folder: &Path,
 ) -> Result<(TouchSource, Places), InputError> {
-    let (table, list) = (root.get("touches"), root.get("touch"));
-    match (table, list) {
-        (None, None) => Ok((TouchSource::Absent, Vec::new())),
-        (Some(table), None) => {
-            // In a file `-` is a name like any other: standard input is for the command line.
-            Ok((TouchSource::Table(Input::File(folder.join(table.text()?))), Vec::new()))
-        }
-        (None, Some(list)) => {
-            let mut records = Vec::new();
-            let mut surfaces = Vec::new();
-            for field in list.list("a list of touches, [[touch]]")? {
-                let (record, surface) = read_touch(source, &field)?;
-                records.push(record);
-                surfaces.push(surface);
-            }
-            Ok((TouchSource::Listed(records), surfaces))
-        }
-        (Some(table), Some(_)) => Err(InputError::new(
-            "invalid-input",
-            "the touches are given twice: as a table (`touches`) and as a list (`[[touch]]`)",
-        )
-        .with_help("remove one of the two")
-        .with_key(table.path.clone())
-        .at(source.place(table.node.span.clone()))),
+    let told = [("touches", "as a table (`touches`)"), ("touch", "as a list (`[[touch]]`)"), ("log", "as a log (`[log]`)")];
+    let mut given = told.iter().filter_map(|(key, told)| Some((root.get(key)?, *told)));
+    let Some((field, first)) = given.next() else { return Ok((TouchSource::Absent, Vec::new())) };
+    if let Some((_, second)) = given.next() {
+        return Err(InputError::new("invalid-input", format!("the touches are given twice: {first} and {second}"))
+            .with_help("remove one of the two")
+            .with_key(field.path.clone())
+            .at(field.place()));
     }
+    if root.get("touches").is_some() {
+        // In a file `-` is a name like any other: standard input is for the command line.
+        return Ok((TouchSource::Table(Input::File(folder.join(field.text()?))), Vec::new()));
+    }
+    if root.get("log").is_some() {
+        return Ok((TouchSource::Log(Box::new(LogSource::read(&field, folder)?)), Vec::new()));
+    }
+    let mut records = Vec::new();
+    let mut surfaces = Vec::new();
+    for field in field.list("a list of touches, [[touch]]")? {
+        let (record, surface) = read_touch(source, &field)?;
+        records.push(record);
+        surfaces.push(surface);
+    }
+    Ok((TouchSource::Listed(records), surfaces))
 }
 
 fn read_touch(source: &Source, field: &Field<'_>) -> Result<(TouchRecord, Range<usize>), InputError> {

@@ -1,23 +1,25 @@
 //! One line of a table, and its fields.
 
+use std::ops::Range;
+
 use csv_core::{ReadRecordResult, Reader, ReaderBuilder};
 
 use crate::{InputError, source::Place};
 
 /// A line, without its end.
 #[derive(Debug, Clone)]
-pub(super) struct Line {
-    pub(super) file: String,
+pub(crate) struct Line {
+    pub(crate) file: String,
     /// From 1.
-    pub(super) number: usize,
+    pub(crate) number: usize,
     /// Byte offset of its text in the input.
-    pub(super) offset: usize,
-    pub(super) text: String,
+    pub(crate) offset: usize,
+    pub(crate) text: String,
 }
 
 /// Splits lines into fields; keeps its buffers from one line to the next.
 #[derive(Debug)]
-pub(super) struct Fields {
+pub(crate) struct Fields {
     reader: Reader,
     delimiter: char,
     /// The unquoted fields behind each other.
@@ -29,7 +31,7 @@ pub(super) struct Fields {
 }
 
 impl Fields {
-    pub(super) fn new(delimiter: u8) -> Self {
+    pub(crate) fn new(delimiter: u8) -> Self {
         Self {
             reader: ReaderBuilder::new().delimiter(delimiter).build(),
             delimiter: char::from(delimiter),
@@ -44,7 +46,7 @@ impl Fields {
     ///
     /// # Errors
     /// A quote that is not closed on the line.
-    pub(super) fn split(&mut self, line: &Line) -> Result<(), InputError> {
+    pub(crate) fn split(&mut self, line: &Line) -> Result<(), InputError> {
         self.quoted = line.text.contains('"');
         if line.text.matches('"').count() % 2 == 1 {
             let quote = line.text.rfind('"').unwrap_or(0);
@@ -67,26 +69,31 @@ impl Fields {
         Ok(())
     }
 
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.count
     }
 
     /// A field without quotes and without blanks around it.
-    pub(super) fn get(&self, index: usize) -> &str {
+    pub(crate) fn get(&self, index: usize) -> &str {
         let start = if index == 0 { 0 } else { self.ends[index - 1] };
         // The line is UTF-8 and is cut at ASCII characters only.
         std::str::from_utf8(&self.content[start..self.ends[index]]).unwrap_or("").trim()
     }
 
     /// The place of a field of `line`, which was split last; of the whole line where quotes hide it.
-    pub(super) fn place(&self, line: &Line, index: usize) -> Place {
+    pub(crate) fn place(&self, line: &Line, index: usize) -> Place {
+        self.span(line, index).map_or_else(|| line.place(), |span| line.place_of(span))
+    }
+
+    /// Where in the text of `line`, which was split last, a field is; `None` where quotes hide it.
+    pub(crate) fn span(&self, line: &Line, index: usize) -> Option<Range<usize>> {
         if self.quoted {
-            return line.place();
+            return None;
         }
         let start: usize = line.text.split(self.delimiter).take(index).map(|field| field.len() + 1).sum();
         let start = start.min(line.text.len());
         let field = line.text[start..].split(self.delimiter).next().unwrap_or("");
         let indent = field.len() - field.trim_start().len();
-        line.place_of(start + indent..start + indent + field.trim().len())
+        Some(start + indent..start + indent + field.trim().len())
     }
 }

@@ -1,0 +1,151 @@
+//! KUKA data lists (`.dat`): taught points, and the frames that were active.
+
+use std::ops::Range;
+
+use crate::{InputError, Units, source::Source};
+
+use super::{
+    Fault, Importer, LoggedPoint, Position, Reader,
+    scan::{self, Field, Scanner, lines, without_comments},
+};
+
+pub(super) const IMPORTER: Importer = Importer {
+    name: "kuka",
+    summary: "KUKA data lists (.dat): E6POS, POS and FRAME, with BASE_NO and TOOL_NO of their FDAT",
+    about: "A point is a declaration or an element with X, Y and Z, as DECL E6POS XP1={X 1.0,Y 2.0,Z 3.0,...}; its \
+            name is the variable's (XP1, TOUCH[2]). Base and tool are those of its FDAT (FP1). Millimetres. Refused are \
+            joint angles (E6AXIS), a base or tool of -1, and points taught with an external tool (IPO_FRAME #TCP).",
+    extensions: &["dat"],
+    units: Some(Units::Millimetre),
+    frame: None,
+    tip_centres: true,
+    reader: Reader::Text(read),
+};
+
+const POINT_TYPES: [&str; 3] = ["E6POS", "POS", "FRAME"];
+const JOINT_TYPES: [&str; 2] = ["E6AXIS", "AXIS"];
+
+/// A variable that a line declares or sets.
+struct Variable {
+    kind: Option<String>,
+    name: Range<usize>,
+    /// With its index.
+    whole: Range<usize>,
+    indexed: bool,
+    fields: Option<Vec<Field>>,
+}
+
+fn read(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
+    let text = without_comments(source.text(), ';');
+    let (mut points, mut frames) = (Vec::new(), Vec::new());
+    for line in lines(&text) {
+        let Some(variable) = variable(&text, line) else { continue };
+        match variable.kind.as_deref() {
+            Some("FDAT") => frames.push(variable),
+            Some(kind) if POINT_TYPES.contains(&kind) || JOINT_TYPES.contains(&kind) => {
+                points.extend(point(&text, &variable));
+            }
+            // An element of an array, whose type stands elsewhere.
+            None if variable.indexed => points.extend(point(&text, &variable)),
+            _ => {}
+        }
+    }
+    for frame in &frames {
+        add_frame(&text, frame, &mut points);
+    }
+    Ok(points)
+}
+
+/// The variable of a line, if it has one: `[DECL] [GLOBAL] TYPE NAME[..]={..}`.
+fn variable(text: &str, line: Range<usize>) -> Option<Variable> {
+    let mut scanner = Scanner::new(text, line);
+    let mut words = Vec::new();
+    while let Some(word) = scanner.word() {
+        words.push(word);
+    }
+    let name = words.pop()?;
+    let kind = words.last().map(|word| text[word.clone()].to_ascii_uppercase());
+    let indexed = scanner.eat('[');
+    if indexed {
+        scanner.until(']');
+    }
+    let whole = name.start..scanner.at().max(name.end);
+    let fields = (scanner.eat('=') && scanner.eat('{')).then(|| fields(&mut scanner));
+    Some(Variable { kind, name, whole, indexed, fields })
+}
+
+/// The fields of an aggregate after its brace: `X 1.0,S 2,POINT2[] " "}`, perhaps after its type, `E6POS: X 1.0}`.
+fn fields(scanner: &mut Scanner<'_>) -> Vec<Field> {
+    let mut fields = Vec::new();
+    while let Some(next) = scanner.peek() {
+        if next == '}' {
+            break;
+        }
+        let Some(key) = scanner.word() else {
+            scanner.step();
+            continue;
+        };
+        if scanner.eat(':') {
+            continue;
+        }
+        while scanner.eat('[') || scanner.eat(']') {}
+        fields.push(Field { key, value: scanner.token() });
+        scanner.until(',');
+        if scanner.rest().is_empty() {
+            break;
+        }
+    }
+    fields
+}
+
+fn point(text: &str, variable: &Variable) -> Option<LoggedPoint> {
+    let name = text[variable.whole.clone()].split_whitespace().collect::<String>();
+    let Some(fields) = &variable.fields else {
+        // The size of an array; its elements have lines of their own.
+        if variable.indexed {
+            return None;
+        }
+        let message = format!("`{name}` has no value: it was declared, never taught");
+        let mut point =
+            LoggedPoint::new(Some(name), variable.whole.clone(), Err(Fault::new("", variable.whole.clone())));
+        point.position = Position::Empty(Fault::new(message, variable.whole.clone()));
+        return Some(point);
+    };
+    let has = |name: &str| scan::value_of(text, fields, name).is_some();
+    let position = if let Some(joint) = scan::joints(text, fields, 'A') {
+        Err(Fault::new(format!("`{name}` holds joint angles, not a position; store it as E6POS"), joint))
+    } else if variable.kind.is_none() && !["X", "Y", "Z"].iter().any(|axis| has(axis)) {
+        return None;
+    } else {
+        scan::point_of(text, fields, variable.whole.clone())
+    };
+    Some(LoggedPoint::new(Some(name), variable.whole.clone(), position))
+}
+
+/// Tells the point of an FDAT (`FP1` of `XP1`) which base and tool were active.
+fn add_frame(text: &str, frame: &Variable, points: &mut [LoggedPoint]) {
+    let (Some(fields), Some(of)) = (&frame.fields, text[frame.name.clone()].get(1..)) else { return };
+    let is_its_own = |point: &&mut LoggedPoint| {
+        let name = point.name.as_deref().and_then(|name| name.get(1..));
+        name.is_some_and(|name| name.eq_ignore_ascii_case(of))
+    };
+    for point in points.iter_mut().filter(is_its_own) {
+        if let Some(kind) = scan::value_of(text, fields, "IPO_FRAME")
+            && text[kind.clone()].eq_ignore_ascii_case("#TCP")
+        {
+            point.refuse("the tool stood still (IPO_FRAME #TCP): the position is that of a workpiece", kind);
+        }
+        for (key, into) in [("BASE_NO", &mut point.base), ("TOOL_NO", &mut point.tool)] {
+            let Some(span) = scan::value_of(text, fields, key) else { continue };
+            match text[span.clone()].parse::<u32>() {
+                Ok(number) => *into = Some(number.to_string()),
+                Err(_) => {
+                    let message = format!("{key} is `{}`; expected a number, 0 or more", &text[span.clone()]);
+                    if matches!(point.position, Position::At(_)) {
+                        point.position = Position::Unusable(Fault::new(message, span));
+                    }
+                }
+            }
+        }
+    }
+}

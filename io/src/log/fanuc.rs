@@ -54,11 +54,16 @@ fn read_program(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
         }
         scanner.until('[');
         let number = scanner.token();
-        let name_end = number.end;
+        let name = format!("P[{}]", &text[number]);
+        // The comment may hold any sign.
+        if scanner.eat(':') && scanner.eat('"') {
+            scanner.until('"');
+        }
+        scanner.until(']');
+        let head = start..scanner.at();
         scanner.until('{');
         let groups = scanner.until('}');
-        let name = format!("P[{}]", &text[number]);
-        points.push(of_groups(text, name, start..name_end + usize::from(text[name_end..].starts_with(']')), groups));
+        points.push(of_groups(text, name, head, groups));
     }
     Ok(points)
 }

@@ -467,9 +467,8 @@ fn read_columns(field: &Field<'_>) -> Result<Columns, InputError> {
     if let (Some(_), Some(normal)) = (&columns.approach, table.get("normal")) {
         return Err(normal.wrong("given beside `approach`", "one of the two"));
     }
-    let mut numbered = columns.all().map(|column| matches!(column, Column::Numbered(_)));
-    let first = numbered.next();
-    if numbered.any(|next| Some(next) != first) {
+    let numbered = columns.all().filter(|column| matches!(column, Column::Numbered(_))).count();
+    if numbered > 0 && numbered < columns.all().count() {
         return Err(field.wrong("of names and numbers", "names in the header, or numbers where there is none"));
     }
     Ok(columns)

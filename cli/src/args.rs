@@ -30,6 +30,7 @@ pub(crate) enum Command {
     Element(commands::element::Args),
     Calibrate(commands::calibrate::Args),
     Gauge(commands::gauge::Args),
+    Log(commands::log::Args),
     Completions(commands::completions::Args),
     Man(commands::man::Args),
 }
@@ -48,6 +49,7 @@ impl Command {
             Self::Element(args) => args.run(),
             Self::Calibrate(args) => args.run(registry),
             Self::Gauge(args) => args.run(),
+            Self::Log(args) => args.run(),
             Self::Completions(args) => Ok(args.run()),
             Self::Man(args) => args.run(),
         }

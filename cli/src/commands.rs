@@ -7,6 +7,7 @@ pub(crate) mod element;
 pub(crate) mod gauge;
 pub(crate) mod list;
 pub(crate) mod locate;
+pub(crate) mod log;
 pub(crate) mod man;
 pub(crate) mod reliability;
 pub(crate) mod simulate;

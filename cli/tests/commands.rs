@@ -372,7 +372,7 @@ fn the_example_of_every_fixture_is_a_measurement() {
 fn everything_listed_can_be_described() {
     let (status, listed) = Folder::new().json(&["list"], b"");
     assert_eq!((status, listed["dialects"].is_array()), (0, true));
-    for list in ["fixtures", "solvers"] {
+    for list in ["fixtures", "solvers", "logs"] {
         for item in listed[list].as_array().unwrap() {
             let name = item["name"].as_str().unwrap();
             let output = Folder::new().run(&["describe", name], b"");

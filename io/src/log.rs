@@ -43,6 +43,8 @@ pub struct Importer {
     pub units: Option<Units>,
     /// What its positions are relative to, where that is always the same.
     pub frame: Option<&'static str>,
+    /// Where the format is told.
+    pub reference: &'static str,
     /// Whether its positions are those of a tool centre point, and not perhaps contact points.
     pub tip_centres: bool,
     reader: Reader,

@@ -1,4 +1,4 @@
-//! `describe`: all that a fixture or a solver says of itself.
+//! `describe`: all that a fixture, a solver or a format of logs says of itself.
 
 use std::io;
 
@@ -7,32 +7,33 @@ use serde::Serialize;
 use touchref::{
     FixturePlugin, Frame, ParameterKind, ParameterSpec, Parameters, Plugin, Probe, Registry, SolverPlugin,
     TableSpec, Value,
-    io::{InputError, Measurement, TouchRecord, Units, write},
+    io::{InputError, Measurement, TouchRecord, Units, log, write},
     parameters::TYPE,
 };
 
 use crate::{
     args::Format,
+    commands::list::LOG_ORIGIN,
     failure::Failure,
     output::Output,
     text::{self, Look},
 };
 
-/// Tell parameters, surfaces, touches and frame of a fixture, or what a solver does
+/// Tell parameters, surfaces, touches and frame of a fixture, what a solver does, or what is read of a log
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// A fixture or a solver
+    /// A fixture, a solver or a format of logs
     name: String,
     /// Form of the result
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
 
-/// The JSON of `describe`: a fixture or a solver.
+/// The JSON of `describe`: a fixture, a solver or a format of logs.
 #[derive(Debug, Serialize)]
 pub(crate) struct Description {
     schema: &'static str,
-    /// `fixture` or `solver`.
+    /// `fixture`, `solver` or `log`.
     pub(crate) kind: &'static str,
     pub(crate) name: &'static str,
     pub(crate) summary: &'static str,
@@ -43,7 +44,7 @@ pub(crate) struct Description {
     pub(crate) reference: &'static str,
 }
 
-/// What only one of the two kinds has.
+/// What only one of the kinds has.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 pub(crate) enum Kind {
@@ -57,6 +58,17 @@ pub(crate) enum Kind {
     },
     Solver {
         about: &'static str,
+    },
+    Log {
+        about: &'static str,
+        /// Endings of its files.
+        extensions: &'static [&'static str],
+        /// `null` where the measurement states it, or the log tells it.
+        units: Option<&'static str>,
+        /// What its positions are always relative to; `null` where the measurement states it, or the log tells it.
+        frame: Option<&'static str>,
+        /// The section of a measurement file.
+        example: String,
     },
 }
 
@@ -112,10 +124,13 @@ impl Args {
             of_fixture(plugin, registry)
         } else if let Ok(plugin) = registry.solver(&self.name) {
             of_solver(plugin)
+        } else if let Ok(importer) = log::find(&self.name) {
+            of_log(importer)
         } else {
             let fixtures = registry.fixtures().iter().map(|plugin| plugin.name);
             let known = fixtures.chain(registry.solvers().iter().map(|plugin| plugin.name));
-            let error = InputError::unknown("unknown-name", "fixture or solver", &self.name, known);
+            let known = known.chain(log::ALL.iter().map(|importer| importer.name));
+            let error = InputError::unknown("unknown-name", "fixture, solver or log", &self.name, known);
             return Err(error.with_key("name").into());
         };
         Ok(match self.format {
@@ -139,6 +154,43 @@ fn of_fixture(plugin: &'static FixturePlugin, registry: &Registry) -> Descriptio
 
 fn of_solver(plugin: &'static SolverPlugin) -> Description {
     describe(plugin, Kind::Solver { about: plugin.about }, plugin.reference)
+}
+
+fn of_log(importer: &'static log::Importer) -> Description {
+    let kind = Kind::Log {
+        about: importer.about,
+        extensions: importer.extensions,
+        units: importer.units.map(Units::name),
+        frame: importer.frame,
+        example: log_example(importer),
+    };
+    Description {
+        schema: "touchref.describe/1",
+        kind: "log",
+        name: importer.name,
+        summary: importer.summary,
+        origin: LOG_ORIGIN,
+        parameters: Vec::new(),
+        of: kind,
+        reference: importer.reference,
+    }
+}
+
+/// The section of a measurement file that reads a log of this format, with every key that it needs.
+fn log_example(importer: &log::Importer) -> String {
+    let ending = importer.extensions.first().map_or(String::new(), |ending| format!(".{ending}"));
+    let needed = [
+        (importer.takes_columns(), "columns = { at = [\"X\", \"Y\", \"Z\"] }"),
+        (importer.units.is_none(), "units = \"mm\""),
+        (importer.frame.is_none(), "base = 1"),
+        (!importer.tip_centres, "compensated = false"),
+    ];
+    let needed = needed.iter().filter(|(needed, _)| *needed).map(|(_, line)| format!("{line}\n"));
+    format!(
+        "[log]\nfile = \"touches{ending}\"\nformat = \"{}\"\n{}\n[[log.touch]]\nsurface = \"cylinder\"\nrows = \"1-4\"\n",
+        importer.name,
+        needed.collect::<String>()
+    )
 }
 
 fn describe<P: Plugin>(plugin: &'static P, of: Kind, reference: &'static str) -> Description {

@@ -4,7 +4,7 @@ use std::io;
 
 use clap::ValueEnum;
 use serde::Serialize;
-use touchref::{Plugin, Registry, io::dialect};
+use touchref::{Plugin, Registry, io::{dialect, log}};
 
 use crate::{
     args::Format,
@@ -12,7 +12,7 @@ use crate::{
     text::{self, Look},
 };
 
-/// List the fixtures, solvers and dialects there are
+/// List the fixtures, solvers, dialects and formats of logs there are
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Only these
@@ -23,12 +23,16 @@ pub(crate) struct Args {
     format: Format,
 }
 
+/// The module that every importer of logs comes from.
+pub(crate) const LOG_ORIGIN: &str = "touchref_io::log";
+
 /// What can be listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum What {
     Fixtures,
     Solvers,
     Dialects,
+    Logs,
 }
 
 /// The JSON of `list`: only what was asked for.
@@ -41,6 +45,8 @@ pub(crate) struct Listing {
     pub(crate) solvers: Option<Vec<Item>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) dialects: Option<Vec<Item>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) logs: Option<Vec<Item>>,
 }
 
 /// One thing by name.
@@ -66,12 +72,18 @@ impl Args {
             summary: dialect.summary,
             origin: "touchref_io::dialect",
         };
+        let of_log = |importer: &'static log::Importer| Item {
+            name: importer.name,
+            summary: importer.summary,
+            origin: LOG_ORIGIN,
+        };
         let listing = Listing {
             schema: "touchref.list/1",
             fixtures: wanted(What::Fixtures)
                 .then(|| registry.fixtures().iter().map(|p| Item::of(*p)).collect()),
             solvers: wanted(What::Solvers).then(|| registry.solvers().iter().map(|p| Item::of(*p)).collect()),
             dialects: wanted(What::Dialects).then(|| dialect::ALL.iter().map(of_dialect).collect()),
+            logs: wanted(What::Logs).then(|| log::ALL.iter().map(of_log).collect()),
         };
         match self.format {
             Format::Json => Output::json(&listing),

@@ -1,4 +1,4 @@
-//! Fixtures, solvers and dialects for people.
+//! Fixtures, solvers, dialects and formats of logs for people.
 
 use super::{Look, sheet::Sheet};
 use crate::commands::{
@@ -9,8 +9,12 @@ use crate::commands::{
 /// What there is by name.
 pub(crate) fn listing(listing: &Listing, look: Look) -> String {
     let mut sheet = Sheet::new(look);
-    let sections =
-        [("Fixtures", &listing.fixtures), ("Solvers", &listing.solvers), ("Dialects", &listing.dialects)];
+    let sections = [
+        ("Fixtures", &listing.fixtures),
+        ("Solvers", &listing.solvers),
+        ("Dialects", &listing.dialects),
+        ("Logs", &listing.logs),
+    ];
     for (heading, items) in sections {
         if let Some(items) = items {
             sheet.heading(heading);
@@ -29,17 +33,19 @@ fn names(sheet: &mut Sheet, items: &[Item]) {
     sheet.table(&[], rows.collect(), &[]);
 }
 
-/// All that a fixture or a solver says of itself.
+/// All that a fixture, a solver or a format of logs says of itself.
 pub(crate) fn description(description: &Description, look: Look) -> String {
     let mut sheet = Sheet::new(look);
     sheet.heading(&format!("{} {}", description.kind, description.name));
     sheet.prose(description.summary);
-    if let Kind::Solver { about } = &description.of {
+    if let Kind::Solver { about } | Kind::Log { about, .. } = &description.of {
         sheet.gap();
         sheet.prose(about);
     }
-    sheet.heading("Parameters");
-    parameters(&mut sheet, &description.parameters);
+    if !matches!(description.of, Kind::Log { .. }) {
+        sheet.heading("Parameters");
+        parameters(&mut sheet, &description.parameters);
+    }
     if let Kind::Fixture { surfaces, touches, frame, drawing, .. } = &description.of {
         sheet.heading("Surfaces");
         if surfaces.is_empty() {
@@ -56,8 +62,11 @@ pub(crate) fn description(description: &Description, look: Look) -> String {
     }
     sheet.heading("Reference");
     sheet.prose(description.reference);
-    if let Kind::Fixture { example, .. } = &description.of {
-        sheet.heading("A measurement file");
+    if let Kind::Fixture { example, .. } | Kind::Log { example, .. } = &description.of {
+        sheet.heading(match description.of {
+            Kind::Log { .. } => "In a measurement file",
+            _ => "A measurement file",
+        });
         sheet.verbatim(example);
     }
     sheet.finish()

@@ -21,6 +21,7 @@ pub(super) const IMPORTER: Importer = Importer {
     extensions: &["mod", "modx", "sys", "prg"],
     units: Some(Units::Millimetre),
     frame: None,
+    reference: "ABB Robotics, RAPID Instructions, Functions and Data types: robtarget, pos, wobjdata.",
     tip_centres: true,
     reader: Reader::Text(read),
 };

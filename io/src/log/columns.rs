@@ -28,6 +28,7 @@ pub(super) const IMPORTER: Importer = Importer {
     extensions: &["csv", "txt", "tsv"],
     units: None,
     frame: None,
+    reference: "None: whoever exported the table knows its columns.",
     tip_centres: false,
     reader: Reader::Table(read),
 };

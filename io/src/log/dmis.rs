@@ -23,6 +23,7 @@ pub(super) const IMPORTER: Importer = Importer {
     extensions: &["dmi", "dmo", "dms", "dmis"],
     units: None,
     frame: None,
+    reference: "ISO 22093, Dimensional Measuring Interface Standard: UNITS, FEAT/POINT, MEAS, PTMEAS, RECALL.",
     tip_centres: false,
     reader: Reader::Text(read),
 };

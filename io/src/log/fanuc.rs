@@ -18,6 +18,7 @@ pub(super) const PROGRAM: Importer = Importer {
     extensions: &["ls"],
     units: Some(Units::Millimetre),
     frame: None,
+    reference: "FANUC, Operator's Manual: programs as text (.LS); position registers as text (POSREG.VA).",
     tip_centres: true,
     reader: Reader::Text(read_program),
 };
@@ -31,6 +32,7 @@ pub(super) const REGISTERS: Importer = Importer {
     extensions: &["va"],
     units: Some(Units::Millimetre),
     frame: None,
+    reference: "FANUC, Operator's Manual: programs as text (.LS); position registers as text (POSREG.VA).",
     tip_centres: true,
     reader: Reader::Text(read_registers),
 };

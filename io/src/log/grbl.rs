@@ -16,6 +16,7 @@ pub(super) const IMPORTER: Importer = Importer {
     extensions: &[],
     units: None,
     frame: Some("machine coordinates"),
+    reference: "grbl v1.1, Interface: the message [PRB:]; Settings: $13, report in inches.",
     tip_centres: true,
     reader: Reader::Text(read),
 };

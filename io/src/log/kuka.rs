@@ -18,6 +18,7 @@ pub(super) const IMPORTER: Importer = Importer {
     extensions: &["dat"],
     units: Some(Units::Millimetre),
     frame: None,
+    reference: "KUKA Roboter, KUKA System Software, Operating and Programming Instructions: data lists, E6POS, FDAT.",
     tip_centres: true,
     reader: Reader::Text(read),
 };

@@ -16,6 +16,7 @@ pub(super) const IMPORTER: Importer = Importer {
     extensions: &[],
     units: None,
     frame: None,
+    reference: "LinuxCNC, G-codes: G38.n straight probe, (PROBEOPEN filename); its source, src/emc/task/emccanon.cc.",
     tip_centres: true,
     reader: Reader::Text(read),
 };

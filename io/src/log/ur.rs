@@ -20,6 +20,7 @@ pub(super) const SCRIPT: Importer = Importer {
     extensions: &["script", "urscript", "variables"],
     units: Some(Units::Metre),
     frame: None,
+    reference: "Universal Robots, The URScript Programming Language: pose; Real-Time Data Exchange guide: actual_TCP_pose.",
     tip_centres: true,
     reader: Reader::Text(read_script),
 };
@@ -33,6 +34,7 @@ pub(super) const RECORD: Importer = Importer {
     extensions: &[],
     units: Some(Units::Metre),
     frame: Some("the robot's base"),
+    reference: "Universal Robots, The URScript Programming Language: pose; Real-Time Data Exchange guide: actual_TCP_pose.",
     tip_centres: true,
     reader: Reader::Text(read_record),
 };

@@ -11,7 +11,7 @@ use crate::source::Place;
 /// An input that cannot be used: a file, a table or an argument.
 ///
 /// The codes are `invalid-input`, `unreadable`, `missing-key`, `missing-column`, and `unknown-...` followed by
-/// `fixture`, `solver`, `surface`, `dialect`, `key`, `column` or `name`. As a [`Diagnostic`] it points into the text.
+/// `fixture`, `solver`, `surface`, `dialect`, `log`, `point`, `key`, `column` or `name`. As a [`Diagnostic`] it points into the text.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("{}", .0.message)]
 pub struct InputError(Box<Details>);

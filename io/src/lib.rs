@@ -10,7 +10,8 @@
 //! * [`mod@write`]: measurement files and touch tables as text.
 //!
 //! Whatever is wrong with an input is an [`InputError`] that names the file, line, column and key, and the nearest
-//! right name. Lengths stay in the unit that the file states: nothing is converted, and nothing is guessed.
+//! right name. Lengths stay in the unit that the file states: nothing is converted, except the numbers of a log of another
+//! unit, and nothing is guessed.
 
 pub mod calibration;
 pub mod dialect;

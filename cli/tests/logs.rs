@@ -64,7 +64,8 @@ const LOGS: &[(&str, &str)] = &[
 ];
 
 /// The mapping of logs that have the seven touches and nothing else.
-const ROWS: &str = "touch = [{ surface = \"cylinder\", rows = \"1-4\" }, { surface = \"plane\", rows = \"5-7\" }]";
+const ROWS: &str =
+    "touch = [{ surface = \"cylinder\", rows = \"1-4\" }, { surface = \"plane\", rows = \"5-7\" }]";
 
 fn log(name: &str) -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/logs").join(name)).unwrap()
@@ -164,7 +165,9 @@ fn a_frame_that_only_the_log_tells_is_told() {
 #[test]
 fn placements_may_be_logs() {
     let placement = |file: &str| {
-        format!("[[placement]]\n[placement.log]\nfile = \"{file}\"\nformat = \"linuxcnc\"\nunits = \"mm\"\nbase = \"G54\"\n{ROWS}\n")
+        format!(
+            "[[placement]]\n[placement.log]\nfile = \"{file}\"\nformat = \"linuxcnc\"\nunits = \"mm\"\nbase = \"G54\"\n{ROWS}\n"
+        )
     };
     let text = format!("{}{}{}", without_touches(), placement("a.txt"), placement("b.txt"));
     let folder = Folder::new().with("a.txt", log("probe-results.txt")).with("m.toml", text);
@@ -174,78 +177,78 @@ fn placements_may_be_logs() {
 }
 
 /// A part of a log and what it is replaced by, a part of its section and what it is replaced by; then what is told:
-/// log | part | replacement | part of the section | replacement | code | file, line and column | key | nearest
+/// log | part | replacement | part of the section | replacement | code | file, line, what it points to | key | nearest
 ///
 /// In the section the line counts from its first key on, from 0.
 const WRONG: &str = r#"
-probe.dat | | | points = ["XP1", | points = ["XP11", | unknown-point | m.toml 3:56 | log.touch[0].points[0] | XP1
-probe.dat | | | "XP2"], rows = "4-5" | "XP1"], rows = "3-5" | invalid-input | m.toml 3:63 | log.touch[0].points[1] |
-probe.dat | | | rows = "4-5" | rows = "3-5" | invalid-input | m.toml 3:79 | log.touch[0].rows |
-probe.dat | | | rows = "4-5" | rows = "5" | invalid-input | probe.dat 18:13 | log.touch |
-probe.dat | | | rows = "4-5" | rows = "5-4" | invalid-input | m.toml 3:79 | log.touch[0].rows |
-probe.dat | | | rows = "4-5" | rows = "0-4" | invalid-input | m.toml 3:79 | log.touch[0].rows |
-probe.dat | | | rows = "4-5" | rows = "4-5, 9" | invalid-input | m.toml 3:79 | log.touch[0].rows |
-probe.dat | | | rows = "4-5" | row = "4-5" | unknown-key | m.toml 3:72 | log.touch[0].row | rows
-probe.dat | | | "plane", points | "plain", points | unknown-surface | m.toml 3:100 | log.touch[1].surface | plane
-probe.dat | | | ignore = { points = ["XHOME"] } | | invalid-input | probe.dat 12:13 | log.touch |
-probe.dat | | | ignore = { points = ["XHOME"] } | ignore = { points = ["XHOME", "XP7"] } | invalid-input | m.toml 4:31 | log.ignore.points[1] |
-probe.dat | | | points = ["XP1", "XP2"] | points = ["XHOME", "XP1", "XP2"] | invalid-input | m.toml 4:22 | log.ignore.points[0] |
-probe.dat | | | base = 3 | base = 2 | invalid-input | probe.dat 14:13 | log.base |
-probe.dat | | | tool = 1 | tool = 2 | invalid-input | probe.dat 14:13 | log.tool |
-probe.dat | | | base = 3 | base = -1 | invalid-input | m.toml 1:8 | log.base |
-probe.dat | FP6={TOOL_NO 1,BASE_NO 3 | FP6={TOOL_NO 1,BASE_NO 0 | base = 3\n | | invalid-input | probe.dat 24:13 | log.base |
-probe.dat | FP6={TOOL_NO 1 | FP6={TOOL_NO 2 | tool = 1\n | | invalid-input | probe.dat 24:13 | log.tool |
-probe.dat | DECL FDAT FP7 | ;DECL FDAT FP7 | | | invalid-input | probe.dat 26:13 | log.base |
-probe.dat | BASE_NO 3,IPO_FRAME #BASE,POINT2[] " ",TQ_STATE FALSE}\nDECL E6POS XP6 | BASE_NO 3,IPO_FRAME #TCP,POINT2[] " "}\nDECL E6POS XP6 | | | invalid-input | probe.dat 23:49 | log.touch[1] |
-probe.dat | XP6={X 3.9020,Y 5.2000,Z 4.0353 | XP6={X 2.8250,Y 2.4000,Z 4.0395 | "XP5", "XP6", | "XP5", | invalid-input | probe.dat 24:13 | log.touch |
-probe.dat | XP5={X 2.8250,Y 2.4000,Z 4.0395 | XP5={X 3.5270,Y 3.2000,Z 3.1082 | | | invalid-input | probe.dat 22:13 | |
-probe.dat | XP3= | XP2= | | | invalid-input | m.toml 3:63 | log.touch[0].points[1] |
-probe.dat | | | format = "kuka" | format = "kuca" | unknown-log | m.toml 0:10 | log.format | kuka
-probe.dat | | | format = "kuka"\n | | missing-key | m.toml -2:2 | log.format |
-probe.dat | | | format = "kuka" | formt = "kuka" | unknown-key | m.toml 0:1 | log.formt | format
-probe.dat | | | format = "kuka" | format = "kuka"\nunits = "in" | invalid-input | m.toml 1:9 | log.units |
-probe.dat | | | format = "kuka" | format = "kuka"\nunits = "inch" | invalid-input | m.toml 1:9 | log.units | in
-probe.dat | | | format = "kuka" | format = "kuka"\ncolumns = { at = [1, 2, 3] } | invalid-input | m.toml 1:11 | log.columns |
-probe.dat | | | format = "kuka" | format = "kuka"\ncompensated = 1 | invalid-input | m.toml 1:15 | log.compensated |
-probe.dat | DEFDAT | DEF\xffDAT | | | invalid-input | probe.dat 4:4 | |
-probe.mod | | | base = "wRef"\n | | missing-key | m.toml -2:2 | log.base |
-probe.mod | [0,0.707107,0.707107,0],\n | [0,0,0,0],\n | | | invalid-input | probe.mod 11:49 | log.touch[0] |
-probe.mod | 2.4,4.0395] | 2.4,9E9] | | | invalid-input | probe.mod 14:31 | log.touch[1] |
+probe.dat | | | points = ["XP1", | points = ["XP11", | unknown-point | m.toml 3 "XP11" | log.touch[0].points[0] | XP1
+probe.dat | | | "XP2"], rows = "4-5" | "XP1"], rows = "3-5" | invalid-input | m.toml 3 "XP1" | log.touch[0].points[1] |
+probe.dat | | | rows = "4-5" | rows = "3-5" | invalid-input | m.toml 3 "3-5" | log.touch[0].rows |
+probe.dat | | | rows = "4-5" | rows = "5" | invalid-input | probe.dat 19 XP3 | log.touch |
+probe.dat | | | rows = "4-5" | rows = "5-4" | invalid-input | m.toml 3 "5-4" | log.touch[0].rows |
+probe.dat | | | rows = "4-5" | rows = "0-4" | invalid-input | m.toml 3 "0-4" | log.touch[0].rows |
+probe.dat | | | rows = "4-5" | rows = "4-5, 9" | invalid-input | m.toml 3 "4-5, 9" | log.touch[0].rows |
+probe.dat | | | rows = "4-5" | row = "4-5" | unknown-key | m.toml 3 row | log.touch[0].row | rows
+probe.dat | | | "plane", points | "plain", points | unknown-surface | m.toml 3 "plain" | log.touch[1].surface | plane
+probe.dat | | | ignore = { points = ["XHOME"] } | | invalid-input | probe.dat 12 XHOME | log.touch |
+probe.dat | | | ignore = { points = ["XHOME"] } | ignore = { points = ["XHOME", "XP7"] } | invalid-input | m.toml 4 "XP7" | log.ignore.points[1] |
+probe.dat | | | points = ["XP1", "XP2"] | points = ["XHOME", "XP1", "XP2"] | invalid-input | m.toml 4 "XHOME" | log.ignore.points[0] |
+probe.dat | | | base = 3 | base = 2 | invalid-input | probe.dat 14 XP1 | log.base |
+probe.dat | | | tool = 1 | tool = 2 | invalid-input | probe.dat 14 XP1 | log.tool |
+probe.dat | | | base = 3 | base = -1 | invalid-input | m.toml 1 -1 | log.base |
+probe.dat | FP6={TOOL_NO 1,BASE_NO 3 | FP6={TOOL_NO 1,BASE_NO 0 | base = 3\n | | invalid-input | probe.dat 25 XP6 | log.base |
+probe.dat | FP6={TOOL_NO 1 | FP6={TOOL_NO 2 | tool = 1\n | | invalid-input | probe.dat 25 XP6 | log.tool |
+probe.dat | DECL FDAT FP7 | ;DECL FDAT FP7 | | | invalid-input | probe.dat 27 XP7 | log.base |
+probe.dat | BASE_NO 3,IPO_FRAME #BASE,POINT2[] " ",TQ_STATE FALSE}\nDECL E6POS XP6 | BASE_NO 3,IPO_FRAME #TCP,POINT2[] " "}\nDECL E6POS XP6 | | | invalid-input | probe.dat 24 #TCP | log.touch[1] |
+probe.dat | XP6={X 3.9020,Y 5.2000,Z 4.0353 | XP6={X 2.8250,Y 2.4000,Z 4.0395 | "XP5", "XP6", | "XP5", | invalid-input | probe.dat 25 XP6 | log.touch |
+probe.dat | XP5={X 2.8250,Y 2.4000,Z 4.0395 | XP5={X 3.5270,Y 3.2000,Z 3.1082 | | | invalid-input | probe.dat 23 XP5 | |
+probe.dat | XP3= | XP2= | | | invalid-input | m.toml 3 "XP2" | log.touch[0].points[1] |
+probe.dat | | | format = "kuka" | format = "kuca" | unknown-log | m.toml 0 "kuca" | log.format | kuka
+probe.dat | | | format = "kuka"\n | | missing-key | m.toml -2 [log] | log.format |
+probe.dat | | | format = "kuka" | formt = "kuka" | unknown-key | m.toml 0 formt | log.formt | format
+probe.dat | | | format = "kuka" | format = "kuka"\nunits = "in" | invalid-input | m.toml 1 "in" | log.units |
+probe.dat | | | format = "kuka" | format = "kuka"\nunits = "inch" | invalid-input | m.toml 1 "inch" | log.units | in
+probe.dat | | | format = "kuka" | format = "kuka"\ncolumns = { at = [1, 2, 3] } | invalid-input | m.toml 1 { at = [1, 2, 3] } | log.columns |
+probe.dat | | | format = "kuka" | format = "kuka"\ncompensated = 1 | invalid-input | m.toml 1 1 | log.compensated |
+probe.dat | DEFDAT | DEF\xffDAT | | | invalid-input | probe.dat 4 | |
+probe.mod | | | base = "wRef"\n | | missing-key | m.toml -2 [log] | log.base |
+probe.mod | [0,0.707107,0.707107,0],\n | [0,0,0,0],\n | | | invalid-input | probe.mod 11 [0,0,0,0] | log.touch[0] |
+probe.mod | 2.4,4.0395] | 2.4,9E9] | | | invalid-input | probe.mod 14 [2.825,2.4,9E9] | log.touch[1] |
 probe.mod | | | points = ["jHome"] | points = ["jHome", "pNext"] | | | |
-probe.mod | | | "plane_touch{2}", | "pNext", "plane_touch{2}", | invalid-input | probe.mod 17:17 | log.touch[1] |
-probe.ls | UF : 2, UT : 4,\t\tCONFIG : 'N U T, 0, 0, 0',\n\tX =     2.8250 | UF : 1, UT : 4,\t\tCONFIG : 'N U T, 0, 0, 0',\n\tX =     2.8250 | base = 2\n | | invalid-input | probe.ls 45:1 | log.base |
-probe.ls | Y =     5.2000 | Y =  ******** | | | invalid-input | probe.ls 54:26 | log.touch[1] |
-probe.ls | | | ignore = { rows = "8" } | ignore = { rows = "9" } | invalid-input | m.toml 3:19 | log.ignore.rows |
-posreg.va | | | base = 2\n | | missing-key | m.toml -2:2 | log.base |
-posreg.va | | | rows = "6-8" | rows = "6-9" | invalid-input | posreg.va 32:5 | log.touch[1] |
-posreg.va | Y:     5.2000   Z:     4.0353 | Y: ****   Z:     4.0353 | | | invalid-input | posreg.va 28:22 | log.touch[1] |
-probe.script | | | base = "base"\n | | missing-key | m.toml -2:2 | log.base |
-probe.script | | | ignore = { rows = "8" } | | invalid-input | probe.script 10:9 | log.touch |
-probe.script | p[0.0028250, 0.0024000, 0.0040395 | p[2825.0, 2400.0, 4039.5 | | | invalid-input | probe.script 7:13 | log.touch[0] |
-rtde.csv | 0.0029270 | 0,0029270 | | | invalid-input | rtde.csv 2:26 | log.touch[0] |
+probe.mod | | | "plane_touch{2}", | "pNext", "plane_touch{2}", | invalid-input | probe.mod 17 pNext | log.touch[1] |
+probe.ls | UF : 2, UT : 4,\t\tCONFIG : 'N U T, 0, 0, 0',\n\tX =     2.8250 | UF : 1, UT : 4,\t\tCONFIG : 'N U T, 0, 0, 0',\n\tX =     2.8250 | base = 2\n | | invalid-input | probe.ls 44 P[5] | log.base |
+probe.ls | Y =     5.2000 | Y =  ******** | | | invalid-input | probe.ls 53 ******** | log.touch[1] |
+probe.ls | | | ignore = { rows = "8" } | ignore = { rows = "9" } | invalid-input | m.toml 3 "9" | log.ignore.rows |
+posreg.va | | | base = 2\n | | missing-key | m.toml -2 [log] | log.base |
+posreg.va | | | rows = "6-8" | rows = "6-9" | invalid-input | posreg.va 35 [1,9] | log.touch[1] |
+posreg.va | Y:     5.2000   Z:     4.0353 | Y: ****   Z:     4.0353 | | | invalid-input | posreg.va 29 **** | log.touch[1] |
+probe.script | | | base = "base"\n | | missing-key | m.toml -2 [log] | log.base |
+probe.script | | | ignore = { rows = "8" } | | invalid-input | probe.script 10 p[0.1, 0.2, 0.3, 2.2214, -2.2214, 0.0] | log.touch |
+probe.script | p[0.0028250, 0.0024000, 0.0040395 | p[2825.0, 2400.0, 4039.5 | | | invalid-input | probe.script 7 p[2825.0, 2400.0, 4039.5, 2.2214, -2.2214, 0.0] | log.touch[0] |
+rtde.csv | 0.0029270 | 0,0029270 | | | invalid-input | rtde.csv 2 0,0029270 | log.touch[0] |
 rtde.csv | actual_TCP_pose_0 | tcp_0 | | | missing-column | rtde.csv | actual_TCP_pose_0 |
-rtde.csv | | | format = "ur-rtde" | format = "ur-rtde"\nbase = "base" | invalid-input | m.toml 1:8 | log.base |
-rtde.csv | | | format = "ur-rtde" | format = "ur-rtde"\nunits = "mm" | invalid-input | m.toml 1:9 | log.units |
-probe-results.txt | | | units = "mm"\n | | missing-key | m.toml -2:2 | log.units |
-probe-results.txt | | | base = "G54"\n | | missing-key | m.toml -2:2 | log.base |
-probe-results.txt | 2.825000 2.400000 4.039500 0.000000 0.000000 0.000000 0.000000 0.000000 0.000000\n | | | | invalid-input | m.toml 3:87 | log.touch[1].rows |
-probe-results.txt | 2.825000 2.400000 | 2.825000 | | | invalid-input | probe-results.txt 5:1 | |
-probe-results.txt | | | rows = "5-7" | points = ["P5"] | unknown-point | m.toml 3:89 | log.touch[1].points[0] |
-grbl.log | | | rows = "6-8" | rows = "5-8" | invalid-input | m.toml 2:21 | log.ignore.rows |
-grbl.log | 3.1166:1] | 3.1166:0] | | | invalid-input | grbl.log 12:29 | log.touch[0] |
-grbl.log | | | \nignore = { rows = "5" } | | invalid-input | grbl.log 16:1 | log.touch |
-grbl.log | $13=0 | $13=1 | format = "grbl" | format = "grbl"\nunits = "mm" | invalid-input | m.toml 1:9 | log.units |
-grbl.log | $13=0 | $12=0 | | | missing-key | m.toml -2:2 | log.units |
-probe.dmo | UNITS/MM | UNITS/CM | | | invalid-input | probe.dmo 3:7 | |
-probe.dmo | UNITS/MM,ANGDEC\n | | | | missing-key | m.toml -2:2 | log.units |
-probe.dmo | MEAS/PLANE | GOTO/1,2,3\nMEAS/PLANE | | | invalid-input | probe.dmo 15:1 | log.touch[1] |
-probe.dmo | MEAS/PLANE | D(PART)=DATSET/DAT(A)\nMEAS/PLANE | base = "MCS"\n | | invalid-input | probe.dmo 15:1 | log.base |
-export.csv | | | units = "mm"\n | | missing-key | m.toml -2:2 | log.units |
-export.csv | | | "Y [mm]" | "Y" | missing-column | export.csv 1 | Y |
-export.csv | 2,4000 | 2.400,0 | | | invalid-input | export.csv 6:11 | log.touch[1] |
-export.csv | | | columns = { at = ["X [mm]", "Y [mm]", "Z [mm]"], name = "Punkt" }\n | | missing-key | m.toml -2:2 | log.columns |
-export.csv | | | name = "Punkt" | name = 1 | invalid-input | m.toml 3:11 | log.columns |
-export.csv | | | name = "Punkt" | approach = ["X [mm]", "Y [mm]"] | invalid-input | m.toml 3:61 | log.columns.approach |
+rtde.csv | | | format = "ur-rtde" | format = "ur-rtde"\nbase = "base" | invalid-input | m.toml 1 "base" | log.base |
+rtde.csv | | | format = "ur-rtde" | format = "ur-rtde"\nunits = "mm" | invalid-input | m.toml 1 "mm" | log.units |
+probe-results.txt | | | units = "mm"\n | | missing-key | m.toml -2 [log] | log.units |
+probe-results.txt | | | base = "G54"\n | | missing-key | m.toml -2 [log] | log.base |
+probe-results.txt | 2.825000 2.400000 4.039500 0.000000 0.000000 0.000000 0.000000 0.000000 0.000000\n | | | | invalid-input | m.toml 3 "5-7" | log.touch[1].rows |
+probe-results.txt | 2.825000 2.400000 | 2.825000 | | | invalid-input | probe-results.txt 5 2.825000 4.039500 0.000000 0.000000 0.000000 0.000000 0.000000 0.000000 | |
+probe-results.txt | | | rows = "5-7" | points = ["P5"] | unknown-point | m.toml 3 "P5" | log.touch[1].points[0] |
+grbl.log | | | rows = "6-8" | rows = "5-8" | invalid-input | m.toml 2 "5" | log.ignore.rows |
+grbl.log | 3.1166:1] | 3.1166:0] | | | invalid-input | grbl.log 12 0 | log.touch[0] |
+grbl.log | | | \nignore = { rows = "5" } | | invalid-input | grbl.log 16 [PRB:2.8250,2.4000,-20.0000:0] | log.touch |
+grbl.log | $13=0 | $13=1 | format = "grbl" | format = "grbl"\nunits = "mm" | invalid-input | m.toml 1 "mm" | log.units |
+grbl.log | $13=0 | $12=0 | | | missing-key | m.toml -2 [log] | log.units |
+probe.dmo | UNITS/MM | UNITS/CM | | | invalid-input | probe.dmo 3 CM | |
+probe.dmo | UNITS/MM,ANGDEC\n | | | | missing-key | m.toml -2 [log] | log.units |
+probe.dmo | MEAS/PLANE | GOTO/1,2,3\nMEAS/PLANE | | | invalid-input | probe.dmo 15 PTMEAS/CART,2.8250,2.4000,4.0395,0.3,0.5,0.8 | log.touch[1] |
+probe.dmo | MEAS/PLANE | D(PART)=DATSET/DAT(A)\nMEAS/PLANE | base = "MCS"\n | | invalid-input | probe.dmo 15 PTMEAS/CART,2.8250,2.4000,4.0395,0.3,0.5,0.8 | log.base |
+export.csv | | | units = "mm"\n | | missing-key | m.toml -2 [log] | log.units |
+export.csv | | | "Y [mm]" | "Y" | missing-column | export.csv 1 | Y | Y [mm]
+export.csv | 2,4000 | 2.400,0 | | | invalid-input | export.csv 6 2.400,0 | log.touch[1] |
+export.csv | | | columns = { at = ["X [mm]", "Y [mm]", "Z [mm]"], name = "Punkt" }\n | | missing-key | m.toml -2 [log] | log.columns |
+export.csv | | | name = "Punkt" | name = 1 | invalid-input | m.toml 3 { at = ["X [mm]", "Y [mm]", "Z [mm]"], name = 1 } | log.columns |
+export.csv | | | name = "Punkt" | approach = ["X [mm]", "Y [mm]"] | invalid-input | m.toml 3 ["X [mm]", "Y [mm]"] | log.columns.approach |
 "#;
 
 /// A row of the table, its columns trimmed of the blanks around them.
@@ -260,21 +263,42 @@ fn wrong_cases() -> Vec<Wrong> {
     let escaped = |text: &str| text.trim().replace("\\n", "\n").replace("\\t", "\t");
     let rows = WRONG.lines().filter(|line| !line.is_empty()).map(|line| {
         let fields: Vec<String> = line.split(" |").map(escaped).collect();
-        let [file, from, to, section_from, section_to, told @ ..] = fields.as_slice() else { panic!("{line}") };
+        let [file, from, to, section_from, section_to, told @ ..] = fields.as_slice() else {
+            panic!("{line}")
+        };
         let (_, section) = LOGS.iter().find(|(name, _)| name == file).unwrap();
         let section = section.replace("{rows}", ROWS);
         assert!(section.contains(section_from.as_str()) && log(file).contains(from.as_str()), "{line}");
         let text = if from.is_empty() { log(file) } else { log(file).replacen(from, to, 1) };
-        let section = if section_from.is_empty() { section } else { section.replacen(section_from, section_to, 1) };
+        let section =
+            if section_from.is_empty() { section } else { section.replacen(section_from, section_to, 1) };
         let bytes = match text.split_once("\\xff") {
             Some((before, after)) => [before.as_bytes(), b"\xff", after.as_bytes()].concat(),
             None => text.into_bytes(),
         };
         let mut told = told.to_vec();
         told.resize(4, String::new());
-        Wrong { log: file.clone(), text: bytes, measurement: measurement(file, &section), told: told.try_into().unwrap() }
+        Wrong {
+            log: file.clone(),
+            text: bytes,
+            measurement: measurement(file, &section),
+            told: told.try_into().unwrap(),
+        }
     });
     rows.collect()
+}
+
+/// What an error points to; its line and column are those of its offset. Nothing where the whole line is meant.
+fn pointed_to(content: &[u8], error: &Value) -> String {
+    let [line, offset, length] =
+        ["line", "offset", "length"].map(|key| error[key].as_u64().unwrap() as usize);
+    let before = String::from_utf8_lossy(&content[..offset]);
+    let before = before.trim_start_matches('\u{feff}');
+    assert_eq!(line, before.matches('\n').count() + 1, "{error}");
+    let Some(column) = error["column"].as_u64() else { return String::new() };
+    assert_eq!(column as usize, before.chars().rev().take_while(|c| *c != '\n').count() + 1, "{error}");
+    let text = String::from_utf8_lossy(&content[offset..offset + length]).into_owned();
+    text.lines().next().unwrap_or("").to_owned()
 }
 
 #[test]
@@ -286,12 +310,15 @@ fn what_a_log_or_its_mapping_gets_wrong_is_told_with_its_place() {
             let (status, printed) = folder.json(&["locate", "m.toml"], b"");
             let error = &printed["error"];
             let text = |key: &str| error[key].as_str().unwrap_or("").to_owned();
-            let place = match (error["line"].as_i64(), error["column"].as_i64()) {
-                (None, _) => text("file"),
-                (Some(line), column) => {
-                    let from = if text("file") == "m.toml" { i64::try_from(first_line()).unwrap() + 1 } else { 0 };
-                    let column = column.map_or(String::new(), |column| format!(":{column}"));
-                    format!("{} {}{column}", text("file"), line - from)
+            let content = if text("file") == "m.toml" { case.measurement.as_bytes() } else { &case.text };
+            let place = match error["line"].as_i64() {
+                None => text("file"),
+                Some(line) => {
+                    let from =
+                        if text("file") == "m.toml" { i64::try_from(first_line()).unwrap() + 1 } else { 0 };
+                    format!("{} {} {}", text("file"), line - from, pointed_to(content, error))
+                        .trim()
+                        .to_owned()
                 }
             };
             let told = [text("code"), place, text("key"), text("nearest")];
@@ -350,5 +377,8 @@ fn calls_of_log_are_checked() {
     assert_eq!(code(&["log", "a.txt", "--from", "kuka"]), "too-few-touches  ");
     assert_eq!(code(&["describe", "kukka"]), "unknown-name name kuka");
     let (status, described) = folder.json(&["describe", "grbl"], b"");
-    assert_eq!((status, &described["kind"], &described["frame"]), (0, &"log".into(), &"machine coordinates".into()));
+    assert_eq!(
+        (status, &described["kind"], &described["frame"]),
+        (0, &"log".into(), &"machine coordinates".into())
+    );
 }

@@ -67,7 +67,10 @@ impl Importer {
 /// How the points of a text are found.
 #[derive(Debug, Clone, Copy)]
 enum Reader {
-    Text(fn(&Source) -> Result<Vec<LoggedPoint>, InputError>),
+    /// Every text may have points.
+    Program(fn(&str) -> Vec<LoggedPoint>),
+    /// Some texts are not of this format.
+    Record(fn(&Source) -> Result<Vec<LoggedPoint>, InputError>),
     /// In a table whose columns the measurement names.
     Table(fn(&Source, &Columns) -> Result<Vec<LoggedPoint>, InputError>),
 }
@@ -155,6 +158,22 @@ impl LoggedPoint {
         Self { name, position, units: None, approach: None, base: None, tool: None, line: 0, span }
     }
 
+    /// Sets its base or tool to the number that stands there.
+    fn set_number(
+        &mut self,
+        text: &str,
+        key: &str,
+        span: Range<usize>,
+        which: fn(&mut Self) -> &mut Option<String>,
+    ) {
+        let value = &text[span.clone()];
+        if let Ok(number) = value.parse::<u32>() {
+            *which(self) = Some(number.to_string());
+        } else {
+            self.refuse(format!("{key} is `{value}`; expected a number, 0 or more"), span);
+        }
+    }
+
     /// Takes its position away.
     fn refuse(&mut self, message: impl Into<String>, span: Range<usize>) {
         if matches!(self.position, Position::At(_)) {
@@ -195,14 +214,17 @@ impl MachineLog {
 
     fn of(importer: &Importer, source: Source, columns: Option<&Columns>) -> Result<Self, InputError> {
         let mut points = match (importer.reader, columns) {
-            (Reader::Text(read), None) => read(&source)?,
+            (Reader::Program(read), None) => read(source.text()),
+            (Reader::Record(read), None) => read(&source)?,
             (Reader::Table(read), Some(columns)) => read(&source, columns)?,
             (Reader::Table(_), None) => {
                 return Err(InputError::new("missing-key", format!("`{}` needs `columns`", importer.name))
                     .with_key("columns")
-                    .with_help("say which columns hold the position: columns = { at = [\"X\", \"Y\", \"Z\"] }"));
+                    .with_help(
+                        "say which columns hold the position: columns = { at = [\"X\", \"Y\", \"Z\"] }",
+                    ));
             }
-            (Reader::Text(_), Some(_)) => {
+            (Reader::Program(_) | Reader::Record(_), Some(_)) => {
                 let message = format!("a log of format `{}` has no `columns`", importer.name);
                 return Err(InputError::new("unknown-key", message).with_key("columns"));
             }

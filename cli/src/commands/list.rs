@@ -4,7 +4,10 @@ use std::io;
 
 use clap::ValueEnum;
 use serde::Serialize;
-use touchref::{Plugin, Registry, io::{dialect, log}};
+use touchref::{
+    Plugin, Registry,
+    io::{dialect, log},
+};
 
 use crate::{
     args::Format,

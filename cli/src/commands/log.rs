@@ -117,7 +117,12 @@ impl Args {
             format: self.from.name,
             units: self.from.units.map(Units::name),
             frame: self.from.frame,
-            points: log.points().iter().enumerate().map(|(index, point)| PointRecord::new(index, point)).collect(),
+            points: log
+                .points()
+                .iter()
+                .enumerate()
+                .map(|(index, point)| PointRecord::new(index, point))
+                .collect(),
         };
         Ok(match self.format {
             Format::Json => Output::json(&record),

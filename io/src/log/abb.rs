@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::Point3;
 
-use crate::{InputError, Units, source::Source};
+use crate::Units;
 
 use super::{
     Fault, Importer, LoggedPoint, Position, Reader,
@@ -23,7 +23,7 @@ pub(super) const IMPORTER: Importer = Importer {
     frame: None,
     reference: "ABB Robotics, RAPID Instructions, Functions and Data types: robtarget, pos, wobjdata.",
     tip_centres: true,
-    reader: Reader::Text(read),
+    reader: Reader::Program(read),
 };
 
 /// Something a declaration is set to.
@@ -38,8 +38,8 @@ const DEEPEST: usize = 8;
 /// What RAPID writes where a number is not defined.
 const UNDEFINED: f64 = 9e9;
 
-fn read(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
-    let text = without_comments(source.text(), '!');
+fn read(text: &str) -> Vec<LoggedPoint> {
+    let text = without_comments(text, '!');
     let mut scanner = Scanner::new(&text, 0..text.len());
     let mut points = Vec::new();
     while scanner.peek().is_some() {
@@ -57,7 +57,7 @@ fn read(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
             declaration(&text, wanted, &mut scanner, &mut points);
         }
     }
-    Ok(points)
+    points
 }
 
 /// The points of a declaration, from its name on.
@@ -106,9 +106,12 @@ fn value(scanner: &mut Scanner<'_>, depth: usize) -> Option<Value> {
         let token = scanner.token();
         return (!token.is_empty()).then_some(Value::Plain(token));
     }
+    if depth == DEEPEST {
+        return None;
+    }
     let start = scanner.at() - 1;
     let mut elements = Vec::new();
-    while depth < DEEPEST {
+    loop {
         elements.push(value(scanner, depth + 1)?);
         if scanner.eat(']') {
             return Some(Value::List(start..scanner.at(), elements));
@@ -117,11 +120,11 @@ fn value(scanner: &mut Scanner<'_>, depth: usize) -> Option<Value> {
             return None;
         }
     }
-    None
 }
 
 fn position(text: &str, kind: &str, value: &Value) -> Result<Point3<f64>, Fault> {
-    let wrong = |expected: &str| Fault::new(format!("this is no {kind}; expected {expected}"), value.span().clone());
+    let wrong =
+        |expected: &str| Fault::new(format!("this is no {kind}; expected {expected}"), value.span().clone());
     let position = match (kind, value) {
         ("jointtarget", _) => {
             return Err(Fault::new("joint angles, not a position; record a robtarget", value.span().clone()));
@@ -130,9 +133,7 @@ fn position(text: &str, kind: &str, value: &Value) -> Result<Point3<f64>, Fault>
             let [position, Value::List(span, rotation), _, _] = parts.as_slice() else {
                 return Err(wrong("[[x,y,z],[q1,q2,q3,q4],[..],[..]]"));
             };
-            let zero = |value: &Value| {
-                matches!(value, Value::Plain(span) if text[span.clone()].parse::<f64>().is_ok_and(|v| v == 0.0))
-            };
+            let zero = |value: &Value| matches!(value, Value::Plain(span) if text[span.clone()].parse::<f64>().is_ok_and(|v| v == 0.0));
             if rotation.iter().all(zero) {
                 return Err(Fault::new("the quaternion is zero: the target was never taught", span.clone()));
             }

@@ -85,7 +85,8 @@ impl<'a> Rows<'a> {
         });
         let mut lines = lines.peekable();
         let first = lines.peek().map_or("", |(_, line)| &source.text()[line.clone()]);
-        let delimiter = [b';', b'\t', b','].into_iter().find(|d| first.contains(char::from(*d))).unwrap_or(b' ');
+        let delimiter =
+            [b';', b'\t', b','].into_iter().find(|d| first.contains(char::from(*d))).unwrap_or(b' ');
         Self { source, lines: Box::new(lines), fields: Fields::new(delimiter), delimiter }
     }
 
@@ -102,7 +103,12 @@ impl<'a> Rows<'a> {
         let text = self.source.text()[span.clone()].to_owned();
         // Blanks at the end separate nothing.
         let text = if self.delimiter == b' ' { text.trim_end().to_owned() } else { text };
-        let line = Line { file: self.source.name().to_owned(), number: index + 1, offset: self.source.start() + span.start, text };
+        let line = Line {
+            file: self.source.name().to_owned(),
+            number: index + 1,
+            offset: self.source.start() + span.start,
+            text,
+        };
         self.fields.split(&line)?;
         Ok(Some((line, span)))
     }
@@ -137,25 +143,29 @@ pub(super) fn read(source: &Source, columns: &Columns) -> Result<Vec<LoggedPoint
             } else {
                 format!("this line has {found} fields; those before have {expected}")
             };
-            let help = "decimal commas need semicolons between the fields; text that holds a delimiter needs quotes";
+            let help =
+                "decimal commas need semicolons between the fields; text that holds a delimiter needs quotes";
             return Err(InputError::new("invalid-input", message).with_help(help).at(line.place()));
         }
         has_decimals |= at.iter().any(|index| rows.fields.get(*index).contains('.'));
-        let (position, approach) = match along.or(against).map(|(of, sign)| (rows.point(&line, &span, of), sign)) {
-            None => (rows.point(&line, &span, at), None),
-            Some((Err(fault), _)) => (Err(fault), None),
-            Some((Ok(along), sign)) => match direction(along.coords * sign) {
-                None => (Err(Fault::new("the direction is zero", span.clone())), None),
-                Some(approach) => (rows.point(&line, &span, at), Some::<Unit<Vector3<f64>>>(approach)),
-            },
-        };
+        let (position, approach) =
+            match along.or(against).map(|(of, sign)| (rows.point(&line, &span, of), sign)) {
+                None => (rows.point(&line, &span, at), None),
+                Some((Err(fault), _)) => (Err(fault), None),
+                Some((Ok(along), sign)) => match direction(along.coords * sign) {
+                    None => (Err(Fault::new("the direction is zero", span.clone())), None),
+                    Some(approach) => (rows.point(&line, &span, at), Some::<Unit<Vector3<f64>>>(approach)),
+                },
+            };
         let name = name.map(|index| rows.fields.get(index).to_owned()).filter(|name| !name.is_empty());
         points.push(LoggedPoint { approach, ..LoggedPoint::new(name, span, position) });
     }
     if !named && rows.delimiter == b',' && !has_decimals && !points.is_empty() {
         let message = "no coordinate of this table has a decimal point: are its commas decimal commas?";
         let help = "write decimal points, or semicolons between the fields";
-        return Err(InputError::new("invalid-input", message).with_help(help).at(source.place(points[0].span.clone())));
+        return Err(InputError::new("invalid-input", message)
+            .with_help(help)
+            .at(source.place(points[0].span.clone())));
     }
     Ok(points)
 }

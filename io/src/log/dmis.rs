@@ -25,7 +25,7 @@ pub(super) const IMPORTER: Importer = Importer {
     frame: None,
     reference: "ISO 22093, Dimensional Measuring Interface Standard: UNITS, FEAT/POINT, MEAS, PTMEAS, RECALL.",
     tip_centres: false,
-    reader: Reader::Text(read),
+    reader: Reader::Record(read),
 };
 
 fn read(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
@@ -33,14 +33,19 @@ fn read(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
     let (mut points, mut sent) = (Vec::new(), Vec::new());
     let (mut units, mut base, mut moves) = (None, None, false);
     for line in lines(&text) {
+        let indent = line.len() - text[line.clone()].trim_start().len();
+        let line = line.start + indent..line.start + indent + text[line.clone()].trim().len();
         let Some(slash) = text[line.clone()].find('/') else { continue };
         let head: String = text[line.start..line.start + slash].split_whitespace().collect();
         let arguments = arguments(&text, line.start + slash + 1..line.end);
         let argument = |index: usize| arguments.get(index).map_or("", |span| &text[span.clone()]);
         let is = |index: usize, word: &str| argument(index).eq_ignore_ascii_case(word);
         let head_is = |word: &str| head.eq_ignore_ascii_case(word);
-        let label = |text: &str| text.split_once('(').and_then(|(_, rest)| rest.split_once(')')).map(|(l, _)| l.to_owned());
-        let begins = |word: &str| head.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));
+        let label = |text: &str| {
+            text.split_once('(').and_then(|(_, rest)| rest.split_once(')')).map(|(l, _)| l.to_owned())
+        };
+        let begins =
+            |word: &str| head.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));
         if head_is("UNITS") {
             units = Some(unit(argument(0)).ok_or_else(|| {
                 let span = arguments.first().map_or(line.clone(), Clone::clone);
@@ -84,7 +89,9 @@ fn read(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
 }
 
 fn begins_datum(argument: &str) -> bool {
-    ["D(", "DA("].iter().any(|start| argument.get(..start.len()).is_some_and(|a| a.eq_ignore_ascii_case(start)))
+    ["D(", "DA("]
+        .iter()
+        .any(|start| argument.get(..start.len()).is_some_and(|a| a.eq_ignore_ascii_case(start)))
 }
 
 fn unit(name: &str) -> Option<Units> {

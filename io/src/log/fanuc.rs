@@ -20,7 +20,7 @@ pub(super) const PROGRAM: Importer = Importer {
     frame: None,
     reference: "FANUC, Operator's Manual: programs as text (.LS); position registers as text (POSREG.VA).",
     tip_centres: true,
-    reader: Reader::Text(read_program),
+    reader: Reader::Record(read_program),
 };
 
 pub(super) const REGISTERS: Importer = Importer {
@@ -34,7 +34,7 @@ pub(super) const REGISTERS: Importer = Importer {
     frame: None,
     reference: "FANUC, Operator's Manual: programs as text (.LS); position registers as text (POSREG.VA).",
     tip_centres: true,
-    reader: Reader::Text(read_registers),
+    reader: Reader::Program(read_registers),
 };
 
 fn read_program(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
@@ -83,16 +83,11 @@ fn of_groups(text: &str, name: String, span: Range<usize>, body: Range<usize>) -
     if let Some(second) = groups.find_map(|group| scan::value_of(text, group, "X")) {
         point.refuse("two motion groups have a position here: it is not clear whose touch it is", second);
     }
-    for (key, into) in [("UF", &mut point.base), ("UT", &mut point.tool)] {
-        let Some(value) = scan::value_of(text, first, key) else { continue };
-        match text[value.clone()].parse::<u32>() {
-            Ok(number) => *into = Some(number.to_string()),
-            Err(_) if matches!(point.position, Position::At(_)) => {
-                let message = format!("{key} is `{}`; expected its number", &text[value.clone()]);
-                point.position = Position::Unusable(Fault::new(message, value));
-            }
-            Err(_) => {}
-        }
+    if let Some(frame) = scan::value_of(text, first, "UF") {
+        point.set_number(text, "UF", frame, |point| &mut point.base);
+    }
+    if let Some(tool) = scan::value_of(text, first, "UT") {
+        point.set_number(text, "UT", tool, |point| &mut point.tool);
     }
     point
 }
@@ -127,8 +122,7 @@ fn fields(text: &str, part: Range<usize>) -> Vec<Field> {
     fields
 }
 
-fn read_registers(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
-    let text = source.text();
+fn read_registers(text: &str) -> Vec<LoggedPoint> {
     let heads: Vec<(Range<usize>, Register)> =
         lines(text).filter_map(|line| Some((line.clone(), register(text, line)?))).collect();
     let mut points = Vec::new();
@@ -138,14 +132,15 @@ fn read_registers(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
         let end = text[head.rest..next].find("\n[").map_or(next, |at| head.rest + at);
         let fields = fields(text, head.rest..end);
         let name = head.name.clone();
-        let mut point = LoggedPoint::new(Some(name), head.span.clone(), position(text, &fields, head.span.clone()));
+        let mut point =
+            LoggedPoint::new(Some(name), head.span.clone(), position(text, &fields, head.span.clone()));
         if text[head.rest..end].trim_start().starts_with("Uninitialized") {
             let message = format!("{} is uninitialised: nothing was recorded in it", head.name);
             point.position = Position::Empty(Fault::new(message, head.span.clone()));
         }
         points.push(point);
     }
-    Ok(points)
+    points
 }
 
 /// The head of a register.
@@ -163,11 +158,17 @@ fn register(text: &str, line: Range<usize>) -> Option<Register> {
         return None;
     }
     let start = scanner.at() - 1;
-    let group: u32 = { let token = scanner.token(); scanner.slice(&token).parse().ok()? };
+    let group: u32 = {
+        let token = scanner.token();
+        scanner.slice(&token).parse().ok()?
+    };
     if !scanner.eat(',') {
         return None;
     }
-    let number: u32 = { let token = scanner.token(); scanner.slice(&token).parse().ok()? };
+    let number: u32 = {
+        let token = scanner.token();
+        scanner.slice(&token).parse().ok()?
+    };
     if !scanner.eat(']') {
         return None;
     }

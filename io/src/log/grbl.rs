@@ -1,4 +1,4 @@
-//! What grbl, grblHAL and FluidNC report of probing: `[PRB:1.000,2.000,-3.000:1]`.
+//! What grbl, `grblHAL` and `FluidNC` report of probing: `[PRB:1.000,2.000,-3.000:1]`.
 
 use crate::{InputError, Units, source::Source};
 
@@ -18,7 +18,7 @@ pub(super) const IMPORTER: Importer = Importer {
     frame: Some("machine coordinates"),
     reference: "grbl v1.1, Interface: the message [PRB:]; Settings: $13, report in inches.",
     tip_centres: true,
-    reader: Reader::Text(read),
+    reader: Reader::Record(read),
 };
 
 fn read(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
@@ -45,8 +45,14 @@ fn read(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
             };
             let position = match &text[flag.clone()] {
                 "1" => scan::point(text, [x.clone(), y.clone(), z.clone()]),
-                "0" => Err(Fault::new("the probe missed (flag 0): the position is where it stopped, no touch", flag)),
-                other => Err(Fault::new(format!("the flag is `{other}`; expected 1, or 0 for a missed probe"), flag)),
+                "0" => Err(Fault::new(
+                    "the probe missed (flag 0): the position is where it stopped, no touch",
+                    flag,
+                )),
+                other => Err(Fault::new(
+                    format!("the flag is `{other}`; expected 1, or 0 for a missed probe"),
+                    flag,
+                )),
             };
             points.push(LoggedPoint { units, ..LoggedPoint::new(None, start..scanner.at(), position) });
         }

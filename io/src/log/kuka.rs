@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::{InputError, Units, source::Source};
+use crate::Units;
 
 use super::{
     Fault, Importer, LoggedPoint, Position, Reader,
@@ -20,7 +20,7 @@ pub(super) const IMPORTER: Importer = Importer {
     frame: None,
     reference: "KUKA Roboter, KUKA System Software, Operating and Programming Instructions: data lists, E6POS, FDAT.",
     tip_centres: true,
-    reader: Reader::Text(read),
+    reader: Reader::Program(read),
 };
 
 const POINT_TYPES: [&str; 3] = ["E6POS", "POS", "FRAME"];
@@ -36,8 +36,8 @@ struct Variable {
     fields: Option<Vec<Field>>,
 }
 
-fn read(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
-    let text = without_comments(source.text(), ';');
+fn read(text: &str) -> Vec<LoggedPoint> {
+    let text = without_comments(text, ';');
     let (mut points, mut frames) = (Vec::new(), Vec::new());
     for line in lines(&text) {
         let Some(variable) = variable(&text, line) else { continue };
@@ -54,7 +54,7 @@ fn read(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
     for frame in &frames {
         add_frame(&text, frame, &mut points);
     }
-    Ok(points)
+    points
 }
 
 /// The variable of a line, if it has one: `[DECL] [GLOBAL] TYPE NAME[..]={..}`.
@@ -136,17 +136,11 @@ fn add_frame(text: &str, frame: &Variable, points: &mut [LoggedPoint]) {
         {
             point.refuse("the tool stood still (IPO_FRAME #TCP): the position is that of a workpiece", kind);
         }
-        for (key, into) in [("BASE_NO", &mut point.base), ("TOOL_NO", &mut point.tool)] {
-            let Some(span) = scan::value_of(text, fields, key) else { continue };
-            match text[span.clone()].parse::<u32>() {
-                Ok(number) => *into = Some(number.to_string()),
-                Err(_) => {
-                    let message = format!("{key} is `{}`; expected a number, 0 or more", &text[span.clone()]);
-                    if matches!(point.position, Position::At(_)) {
-                        point.position = Position::Unusable(Fault::new(message, span));
-                    }
-                }
-            }
+        if let Some(base) = scan::value_of(text, fields, "BASE_NO") {
+            point.set_number(text, "BASE_NO", base, |point| &mut point.base);
+        }
+        if let Some(tool) = scan::value_of(text, fields, "TOOL_NO") {
+            point.set_number(text, "TOOL_NO", tool, |point| &mut point.tool);
         }
     }
 }

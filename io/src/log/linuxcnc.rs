@@ -1,4 +1,4 @@
-//! LinuxCNC probe logs, as `(PROBEOPEN file)` writes them.
+//! `LinuxCNC` probe logs, as `(PROBEOPEN file)` writes them.
 
 use crate::{InputError, source::Source};
 
@@ -18,7 +18,7 @@ pub(super) const IMPORTER: Importer = Importer {
     frame: None,
     reference: "LinuxCNC, G-codes: G38.n straight probe, (PROBEOPEN filename); its source, src/emc/task/emccanon.cc.",
     tip_centres: true,
-    reader: Reader::Text(read),
+    reader: Reader::Record(read),
 };
 
 /// X Y Z A B C U V W.

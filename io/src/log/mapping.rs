@@ -162,7 +162,8 @@ impl LogSource {
                     return Err(log.fault(fault).with_key(key));
                 }
                 (None, Position::At(_) | Position::Unusable(_)) => {
-                    let message = format!("{} is neither mapped to a surface nor ignored", told(index, point));
+                    let message =
+                        format!("{} is neither mapped to a surface nor ignored", told(index, point));
                     return Err(log
                         .error(point, message)
                         .with_key(format!("{}.touch", self.table.key))
@@ -171,7 +172,8 @@ impl LogSource {
                 _ => {}
             }
         }
-        let points: Vec<(usize, &LoggedPoint)> = touched.iter().map(|(index, _, point, _)| (*index, *point)).collect();
+        let points: Vec<(usize, &LoggedPoint)> =
+            touched.iter().map(|(index, _, point, _)| (*index, *point)).collect();
         let mut warnings = self.check_frames(&log, &points)?;
         warnings.extend(self.check_repeats(&log, &touched)?);
         let mut records = Vec::with_capacity(touched.len());
@@ -196,7 +198,8 @@ impl LogSource {
             }
         }
         let mut uses = vec![None; log.points().len()];
-        let mappings = self.touches.iter().enumerate().map(|(index, (_, points))| (Use::Touch(index), points));
+        let mappings =
+            self.touches.iter().enumerate().map(|(index, (_, points))| (Use::Touch(index), points));
         for (what, selection) in mappings.chain([(Use::Ignored, &self.ignored)]) {
             for stated in &selection.points {
                 let index = find_point(log, &by_name, stated)?;
@@ -294,7 +297,9 @@ impl LogSource {
     ) -> Result<Vec<Warning>, InputError> {
         if let (Some(frame), Some(stated)) = (self.importer.frame, &self.base) {
             let name = self.importer.name;
-            return Err(stated.wrong(format!("positions of format `{name}` are always in {frame}; remove `base`")));
+            return Err(
+                stated.wrong(format!("positions of format `{name}` are always in {frame}; remove `base`"))
+            );
         }
         let base = self.agreed(log, touched, "base", |point| point.base.as_deref(), self.base.as_ref())?;
         let tool = self.agreed(log, touched, "tool", |point| point.tool.as_deref(), self.tool.as_ref())?;
@@ -330,7 +335,8 @@ impl LogSource {
         stated: Option<&Stated<String>>,
     ) -> Result<Option<&'a str>, InputError> {
         let Some((first_index, first)) = touched.first().copied() else { return Ok(None) };
-        let shown = |value: Option<&str>| value.map_or(format!("no {what}"), |value| format!("{what} {value}"));
+        let shown =
+            |value: Option<&str>| value.map_or(format!("no {what}"), |value| format!("{what} {value}"));
         for (index, point) in touched.iter().copied() {
             let key = format!("{}.{what}", self.table.key);
             if of(point) != of(first) {
@@ -368,7 +374,8 @@ impl LogSource {
         for (index, mapping, point, at) in touched {
             // Adding zero makes -0 and 0 the same.
             let key = [at.x, at.y, at.z].map(|v| (v + 0.0).to_bits());
-            let Some((before_index, before_mapping, before)) = seen.insert(key, (*index, *mapping, point)) else {
+            let Some((before_index, before_mapping, before)) = seen.insert(key, (*index, *mapping, point))
+            else {
                 continue;
             };
             let message = format!(
@@ -438,7 +445,8 @@ fn converted(at: Point3<f64>, from: Units, to: Units) -> Point3<f64> {
 fn read_format(table: &Table<'_>, file: &str) -> Result<&'static Importer, InputError> {
     let names = ALL.iter().map(|importer| importer.name).collect::<Vec<_>>().join(", ");
     let Some(field) = table.get("format") else {
-        let extension = Path::new(file).extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+        let extension =
+            Path::new(file).extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         let fitting: Vec<&str> = ALL
             .iter()
             .filter(|importer| importer.extensions.contains(&extension.as_str()))
@@ -469,7 +477,9 @@ fn read_columns(field: &Field<'_>) -> Result<Columns, InputError> {
     }
     let numbered = columns.all().filter(|column| matches!(column, Column::Numbered(_))).count();
     if numbered > 0 && numbered < columns.all().count() {
-        return Err(field.wrong("of names and numbers", "names in the header, or numbers where there is none"));
+        return Err(
+            field.wrong("of names and numbers", "names in the header, or numbers where there is none")
+        );
     }
     Ok(columns)
 }
@@ -491,7 +501,11 @@ fn column(field: &Field<'_>) -> Result<Column, InputError> {
 }
 
 /// A whole number from `lowest` on.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number within its range")]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a whole number within its range"
+)]
 fn whole(field: &Field<'_>, lowest: f64, expected: &str) -> Result<u32, InputError> {
     let right = |value: f64| value.fract() == 0.0 && value >= lowest && value <= f64::from(u32::MAX);
     Ok(field.number_where(right, expected)? as u32)

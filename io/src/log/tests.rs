@@ -10,10 +10,28 @@ const SAMPLES: &[Sample] = &[
     ("kuka", "probe.dat", include_str!("../../../examples/logs/probe.dat"), [2, 3, 4, 5, 6, 7, 8], 1.0),
     ("abb", "probe.mod", include_str!("../../../examples/logs/probe.mod"), [2, 3, 4, 5, 6, 7, 8], 1.0),
     ("fanuc-ls", "probe.ls", include_str!("../../../examples/logs/probe.ls"), [1, 2, 3, 4, 5, 6, 7], 1.0),
-    ("fanuc-posreg", "posreg.va", include_str!("../../../examples/logs/posreg.va"), [2, 3, 4, 5, 6, 7, 8], 1.0),
-    ("urscript", "probe.script", include_str!("../../../examples/logs/probe.script"), [1, 2, 3, 4, 5, 6, 7], 1e3),
+    (
+        "fanuc-posreg",
+        "posreg.va",
+        include_str!("../../../examples/logs/posreg.va"),
+        [2, 3, 4, 5, 6, 7, 8],
+        1.0,
+    ),
+    (
+        "urscript",
+        "probe.script",
+        include_str!("../../../examples/logs/probe.script"),
+        [1, 2, 3, 4, 5, 6, 7],
+        1e3,
+    ),
     ("ur-rtde", "rtde.csv", include_str!("../../../examples/logs/rtde.csv"), [1, 2, 3, 4, 5, 6, 7], 1e3),
-    ("linuxcnc", "probe-results.txt", include_str!("../../../examples/logs/probe-results.txt"), [1, 2, 3, 4, 5, 6, 7], 1.0),
+    (
+        "linuxcnc",
+        "probe-results.txt",
+        include_str!("../../../examples/logs/probe-results.txt"),
+        [1, 2, 3, 4, 5, 6, 7],
+        1.0,
+    ),
     ("grbl", "grbl.log", include_str!("../../../examples/logs/grbl.log"), [1, 2, 3, 4, 6, 7, 8], 1.0),
     ("dmis", "probe.dmo", include_str!("../../../examples/logs/probe.dmo"), [1, 2, 3, 4, 5, 6, 7], 1.0),
     ("csv", "export.csv", include_str!("../../../examples/logs/export.csv"), [1, 2, 3, 4, 5, 6, 7], 1.0),
@@ -51,7 +69,8 @@ fn a_log_of_each_format_has_the_points_of_the_paper() {
                 let off = (at * *factor - Point3::new(x, y, z)).norm();
                 assert!(off < 1e-12, "{format}: row {row}: {at}");
             }
-            let usable = log.points().iter().filter(|point| matches!(point.position, Position::At(_))).count();
+            let usable =
+                log.points().iter().filter(|point| matches!(point.position, Position::At(_))).count();
             assert_eq!(usable, 7, "{format}");
         }
     }
@@ -85,14 +104,16 @@ fn points_keep_what_the_log_tells_of_them() {
 fn the_normal_of_a_surface_points_against_the_probing() {
     let text = "UNITS/MM\nPTMEAS/CART,1,2,3,0,0,2";
     assert_eq!(read("dmis", text).unwrap().points()[0].approach.unwrap().into_inner(), -Vector3::z());
-    let [of, csv] = [["X", "Y", "Z"], ["I", "J", "K"]].map(|names| names.map(|name| Column::Named(name.to_owned())));
+    let [of, csv] =
+        [["X", "Y", "Z"], ["I", "J", "K"]].map(|names| names.map(|name| Column::Named(name.to_owned())));
     for (normal, sign) in [(true, -1.0), (false, 1.0)] {
         let columns = Columns {
             approach: (!normal).then(|| csv.clone()),
             normal: normal.then(|| csv.clone()),
             ..Columns::of(of.clone())
         };
-        let log = MachineLog::from_text(find("csv").unwrap(), "log", "X,Y,Z,I,J,K\n1,2,3,0,3,0", Some(&columns));
+        let log =
+            MachineLog::from_text(find("csv").unwrap(), "log", "X,Y,Z,I,J,K\n1,2,3,0,3,0", Some(&columns));
         assert_eq!(log.unwrap().points()[0].approach.unwrap().into_inner(), Vector3::y() * sign);
     }
 }
@@ -104,21 +125,46 @@ const TRAPS: &[(&str, &str, &str, &str)] = &[
     ("kuka", "DECL E6POS XP1={X 1.0,Y 2.0}", "no Z", "XP1"),
     ("kuka", "DECL E6POS XP1={X 1.0,Y 2.0,Z 1.0,X 2.0}", "X is there twice", "X"),
     ("kuka", "DECL E6POS XP1={X 1.0,Y NaN,Z 1.0}", "`NaN`", "NaN"),
-    ("kuka", "DECL E6POS XP1={X 1.0,Y 2.0,Z 3.0}\nDECL FDAT FP1={TOOL_NO 1,BASE_NO -1}", "BASE_NO is `-1`", "-1"),
-    ("kuka", "DECL E6POS XP1={X 1.0,Y 2.0,Z 3.0}\nDECL FDAT FP1={TOOL_NO 1,BASE_NO 0,IPO_FRAME #TCP}", "IPO_FRAME", "#TCP"),
+    (
+        "kuka",
+        "DECL E6POS XP1={X 1.0,Y 2.0,Z 3.0}\nDECL FDAT FP1={TOOL_NO 1,BASE_NO -1}",
+        "BASE_NO is `-1`",
+        "-1",
+    ),
+    (
+        "kuka",
+        "DECL E6POS XP1={X 1.0,Y 2.0,Z 3.0}\nDECL FDAT FP1={TOOL_NO 1,BASE_NO 0,IPO_FRAME #TCP}",
+        "IPO_FRAME",
+        "#TCP",
+    ),
     ("kuka", "E6POS P[2]\nP[1]={X 1,Y 2,Z 3}\nP[2]={E6POS: X 1,Y 2,Z ****}", "`****`", "****"),
     ("abb", "VAR robtarget p1;", "declared, never taught", "p1"),
     ("abb", "CONST jointtarget p1:=[[0,0],[9E9]];", "joint angles", "[[0,0],[9E9]]"),
     ("abb", "VAR robtarget p1:=[[0,0,0],[0,0,0,0],[0,0,0,0],[9E9]];", "never taught", "[0,0,0,0]"),
     ("abb", "CONST pos p1:=[9E9,9E9,9E9];", "not defined", "[9E9,9E9,9E9]"),
-    ("abb", "CONST robtarget p1:=[[1,2],[1,0,0,0],[0],[0]];", "three coordinates", "[[1,2],[1,0,0,0],[0],[0]]"),
+    (
+        "abb",
+        "CONST robtarget p1:=[[1,2],[1,0,0,0],[0],[0]];",
+        "three coordinates",
+        "[[1,2],[1,0,0,0],[0],[0]]",
+    ),
     ("abb", "CONST robtarget p1:=Offs(p0,0,0,1);", "not written out", "p1:=Offs"),
     ("abb", "CONST robtarget p1:=[[1,2,\"3\"],[1,0,0,0],[0],[0]];", "not written out", "p1:=[[1,2,"),
     ("abb", "CONST pos p{2}:=[[1,2,3],[1,2,inf]];", "`inf`", "inf"),
     ("fanuc-ls", "/POS\nP[1]{\n GP1:\n UF : 0, UT : 1,\n J1= 1.0 deg\n};", "joint angles", "J1"),
-    ("fanuc-ls", "/POS\nP[1]{\n GP1:\n UF : 0, UT : 1,\n X = ******** mm, Y = 1 mm, Z = 1 mm\n};", "no value here", "********"),
+    (
+        "fanuc-ls",
+        "/POS\nP[1]{\n GP1:\n UF : 0, UT : 1,\n X = ******** mm, Y = 1 mm, Z = 1 mm\n};",
+        "no value here",
+        "********",
+    ),
     ("fanuc-ls", "/POS\nP[1]{\n GP1:\n UF : F, UT : 1,\n X = 1 mm, Y = 1 mm, Z = 1 mm\n};", "UF is `F`", "F"),
-    ("fanuc-ls", "/POS\nP[1]{\n GP1:\n X = 1 mm, Y = 1 mm, Z = 1 mm\n GP2:\n X = 1 mm\n};", "two motion groups", "1"),
+    (
+        "fanuc-ls",
+        "/POS\nP[1]{\n GP1:\n X = 1 mm, Y = 1 mm, Z = 1 mm\n GP2:\n X = 1 mm\n};",
+        "two motion groups",
+        "1",
+    ),
     ("fanuc-ls", "/POS\nP[1]{\n GP1:\n UF : 0, UT : 1\n};", "no X", "P[1]"),
     ("fanuc-posreg", "[*POSREG*]$POSREG\n [1,1] = 'a' Uninitialized", "uninitialised", "[1,1]"),
     ("fanuc-posreg", " [1,1] = ''\n X: *** Y: 1 Z: 1", "no value here", "***"),

@@ -22,7 +22,7 @@ pub(super) const SCRIPT: Importer = Importer {
     frame: None,
     reference: "Universal Robots, The URScript Programming Language: pose; Real-Time Data Exchange guide: actual_TCP_pose.",
     tip_centres: true,
-    reader: Reader::Text(read_script),
+    reader: Reader::Program(read_script),
 };
 
 pub(super) const RECORD: Importer = Importer {
@@ -36,7 +36,7 @@ pub(super) const RECORD: Importer = Importer {
     frame: Some("the robot's base"),
     reference: "Universal Robots, The URScript Programming Language: pose; Real-Time Data Exchange guide: actual_TCP_pose.",
     tip_centres: true,
-    reader: Reader::Text(read_record),
+    reader: Reader::Record(read_record),
 };
 
 /// No robot's tool is farther from its base, in metres: numbers beyond are of another unit.
@@ -48,13 +48,16 @@ fn plausible(mut point: LoggedPoint, span: Range<usize>) -> LoggedPoint {
     if at.coords.amax() == 0.0 {
         point.refuse("all coordinates are zero: the pose was never set", span);
     } else if at.coords.amax() > FARTHEST {
-        point.refuse("farther from the base than a robot reaches: poses are in metres; is this millimetres?", span);
+        point.refuse(
+            "farther from the base than a robot reaches: poses are in metres; is this millimetres?",
+            span,
+        );
     }
     point
 }
 
-fn read_script(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
-    let text = without_comments(source.text(), '#');
+fn read_script(text: &str) -> Vec<LoggedPoint> {
+    let text = without_comments(text, '#');
     let mut points = Vec::new();
     for line in lines(&text) {
         let mut from = line.start;
@@ -66,7 +69,7 @@ fn read_script(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
             }
         }
     }
-    Ok(points)
+    points
 }
 
 /// The pose that begins at `at`, in a line.
@@ -84,7 +87,8 @@ fn pose(text: &str, at: usize, line: &Range<usize>) -> LoggedPoint {
     };
     let before = text[line.start..at].trim();
     let name = before.strip_suffix('=').map(|name| name.trim_end_matches(':').trim());
-    let name = name.map(|name| ["global ", "local "].iter().find_map(|word| name.strip_prefix(word)).unwrap_or(name));
+    let name = name
+        .map(|name| ["global ", "local "].iter().find_map(|word| name.strip_prefix(word)).unwrap_or(name));
     let name = name.map(str::trim).filter(|name| name.chars().all(|c| c.is_alphanumeric() || c == '_'));
     let mut point = LoggedPoint::new(name.map(str::to_owned), span.clone(), position);
     if (name.is_none() && !before.is_empty()) || scanner.peek().is_some() {
@@ -107,10 +111,17 @@ fn read_record(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
     let mut found = NAMES.iter().filter(there);
     let (Some(names), None) = (found.next(), found.next()) else {
         let all = NAMES.map(|names| format!("{} to {}", names[0], names[2])).join(", or ");
-        let which = if NAMES.iter().any(|names| there(&names)) { "columns of more than one kind" } else { "no columns" };
-        return Err(InputError::new("missing-column", format!("the header has {which} of a position; expected {all}"))
-            .with_key(NAMES[0][0])
-            .with_file(source.name()));
+        let which = if NAMES.iter().any(|names| there(&names)) {
+            "columns of more than one kind"
+        } else {
+            "no columns"
+        };
+        return Err(InputError::new(
+            "missing-column",
+            format!("the header has {which} of a position; expected {all}"),
+        )
+        .with_key(NAMES[0][0])
+        .with_file(source.name()));
     };
     let points = super::columns::read(source, &columns(*names))?;
     Ok(points

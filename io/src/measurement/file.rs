@@ -122,14 +122,21 @@ fn read_list_or_table(
     root: &Table<'_>,
     folder: &Path,
 ) -> Result<(TouchSource, Places), InputError> {
-    let told = [("touches", "as a table (`touches`)"), ("touch", "as a list (`[[touch]]`)"), ("log", "as a log (`[log]`)")];
+    let told = [
+        ("touches", "as a table (`touches`)"),
+        ("touch", "as a list (`[[touch]]`)"),
+        ("log", "as a log (`[log]`)"),
+    ];
     let mut given = told.iter().filter_map(|(key, told)| Some((root.get(key)?, *told)));
     let Some((field, first)) = given.next() else { return Ok((TouchSource::Absent, Vec::new())) };
     if let Some((_, second)) = given.next() {
-        return Err(InputError::new("invalid-input", format!("the touches are given twice: {first} and {second}"))
-            .with_help("remove one of the two")
-            .with_key(field.path.clone())
-            .at(field.place()));
+        return Err(InputError::new(
+            "invalid-input",
+            format!("the touches are given twice: {first} and {second}"),
+        )
+        .with_help("remove one of the two")
+        .with_key(field.path.clone())
+        .at(field.place()));
     }
     if root.get("touches").is_some() {
         // In a file `-` is a name like any other: standard input is for the command line.

@@ -2,6 +2,7 @@
 //! data with a known answer; and what a plugin must keep of what the traits promise.
 
 pub mod conformance;
+pub mod drift;
 pub mod estimate;
 pub mod reference;
 pub mod simulation;

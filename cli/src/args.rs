@@ -27,6 +27,7 @@ pub(crate) enum Command {
     Study(commands::study::Args),
     Element(commands::element::Args),
     Calibrate(commands::calibrate::Args),
+    History(commands::history::Args),
     Completions(commands::completions::Args),
     Man(commands::man::Args),
 }
@@ -42,6 +43,7 @@ impl Command {
             Self::Study(args) => args.run(registry),
             Self::Element(args) => args.run(),
             Self::Calibrate(args) => args.run(registry),
+            Self::History(args) => args.run(),
             Self::Completions(args) => Ok(args.run()),
             Self::Man(args) => args.run(),
         }

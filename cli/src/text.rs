@@ -3,6 +3,7 @@
 mod calibration;
 mod element;
 mod failure;
+mod history;
 mod number;
 mod plugins;
 mod sheet;
@@ -12,6 +13,7 @@ mod study;
 pub(crate) use calibration::calibration;
 pub(crate) use element::element;
 pub(crate) use failure::failure;
+pub(crate) use history::history;
 pub(crate) use plugins::{description, listing};
 pub(crate) use solution::solution;
 pub(crate) use study::study;

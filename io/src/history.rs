@@ -172,6 +172,12 @@ impl History {
         Ok(())
     }
 
+    /// The file, as messages call it.
+    #[must_use]
+    pub fn file(&self) -> &str {
+        &self.file
+    }
+
     /// Appends a result; returns its number once it is on the disk.
     ///
     /// # Errors

@@ -14,11 +14,11 @@ use placements::{Placements, twelve, unknowns};
 use rayon::prelude::*;
 use serde_json::Value as Json;
 use touchref::{
-    Calibration, Frame, Noise, Parameters, Probe, Problem, SigmaSource, Touch, Value,
+    Calibration, Frame, Noise, Parameters, Probe, Problem, SigmaSource, Touch, Unknown, Value,
     analysis::simulation::{generator, random_layout, simulate},
     fixtures::cylinder_plane::PLUGIN,
     solvers::{
-        Extra, Quantity,
+        Extra,
         bundle::{BundleError, adjust, calibrate},
     },
     statistics::chi_square_level,
@@ -338,7 +338,7 @@ fn calls_that_make_no_sense_are_refused() {
     refused(&problems, &[], "nothing is unknown");
     refused(&problems, &[both[0], both[0]], "`radius` is unknown twice");
     refused(&problems, &[Extra { prior: Some(-1.0), ..both[0] }], "`radius` has the standard uncertainty -1");
-    refused(&problems, &[Extra { what: Quantity::Dimension(9), prior: None }], "no dimension number 9");
+    refused(&problems, &[Extra { what: Unknown::Dimension(9), prior: None }], "no dimension number 9");
     let another = PLUGIN.build(&stated().with("angle_deg", 30.0)).unwrap();
     let strange = Problem::new(&*another, &other.touches[0], PROBE).unwrap();
     refused(&[problems[0], strange], &both, "placement 1 has another fixture");

@@ -9,9 +9,9 @@ use nalgebra::{Point3, Vector6};
 use rand::{Rng, RngExt};
 use rayon::prelude::*;
 use touchref::{
-    Fixture, Frame, Parameters, Probe, Problem, Solver, Touch, Twist,
+    Fixture, Frame, Parameters, Probe, Problem, Solver, Touch, Twist, Unknown,
     analysis::{
-        reference::{LEAST_STEEPNESS, Magnitude, NullSpace, ReferenceMeasurement, Unknown, descend},
+        reference::{LEAST_STEEPNESS, Magnitude, NullSpace, ReferenceMeasurement, descend},
         simulation::{Layout, generator, random_frame, random_layout},
     },
     conformance::Claim,

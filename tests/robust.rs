@@ -16,9 +16,10 @@ use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 use rayon::prelude::*;
 use touchref::{
-    Fixture, Frame, Observability, Parameters, Probe, Problem, Solution, SolveError, Solver, Touch, Value,
+    Fixture, Frame, Observability, Parameters, Probe, Problem, Solution, SolveError, Solver, Touch, Unknown,
+    Value,
     analysis::{
-        reference::{Minimum, Unknown, descend},
+        reference::{Minimum, descend},
         simulation::{generator, random_frame, random_layout, simulate},
         study::WRONG_LEVEL,
     },

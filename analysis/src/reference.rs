@@ -34,7 +34,7 @@
 use nalgebra::{DMatrix, DVector, Point3, Vector6};
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
-use touchref_core::{Fixture, Frame, Probe, Problem, Quantity, Shape, Touch, Twist};
+use touchref_core::{Fixture, Frame, Probe, Problem, Quantity, Shape, Touch, Twist, Unknown};
 
 /// Least [`steepness`](ReferenceMeasurement::steepness) of a set that is handed out: rounding moves its minimum at
 /// most ten times as far as it would without residuals.
@@ -45,15 +45,6 @@ const MOST_CONDITION: f64 = 1e12;
 /// A touch whose residual is not what it was moved by, to this part of the fixture's size, has crossed an axis or a
 /// centre.
 const CROSSED: f64 = 1e-9;
-
-/// What the touches may tell beside the frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Unknown {
-    /// A dimension of the fixture, by its index in [`Fixture::dimensions`].
-    Dimension(usize),
-    /// The tip radius.
-    TipRadius,
-}
 
 /// How large residuals are.
 #[derive(Debug, Clone, Copy, PartialEq)]

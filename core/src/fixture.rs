@@ -127,6 +127,17 @@ pub enum Quantity {
     Angle,
 }
 
+impl Quantity {
+    /// By what a value is multiplied to be written: lengths stay, radians become degrees.
+    #[must_use]
+    pub fn scale(self) -> f64 {
+        match self {
+            Self::Length => 1.0,
+            Self::Angle => 1.0_f64.to_degrees(),
+        }
+    }
+}
+
 /// The fewest touches that fix a frame: alternatives, each a count for every surface in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Requirement {

@@ -17,6 +17,7 @@ pub mod solver;
 pub mod statistics;
 pub mod surface;
 pub mod touch;
+pub mod unknown;
 
 pub use calibration::{Calibration, Placement};
 pub use error::{Degenerate, Refusal, SolveError, TouchError};
@@ -34,6 +35,7 @@ pub use solver::{
 };
 pub use surface::{Extent, Proximity, Shape, Surface};
 pub use touch::{Noise, Probe, Touch};
+pub use unknown::{Stated, Unknown};
 
 /// Used by the registration macros.
 #[doc(hidden)]

@@ -163,6 +163,13 @@ fn survey<const P: usize>(
     Ok(Survey { minima, complete_up_to })
 }
 
+/// Ends of descents where no minimum is near.
+struct Unsettled<const P: usize> {
+    count: usize,
+    /// The one that fits best.
+    lowest: Option<Descent<Normal<P>>>,
+}
+
 /// Minima as they are found.
 struct Minima<'a, 'p, const P: usize> {
     model: &'a Model<'p, P>,
@@ -181,48 +188,22 @@ impl<const P: usize> Minima<'_, '_, P> {
         }
     }
 
-    /// Descends from a cover of all frames, ever denser until it finds nothing new.
-    ///
-    /// Most minima from there fit so badly that residuals bend the misfit more than the Jacobian tells, and a descent ends
-    /// in one only to a part of its misfit: Newton's method settles it.
+    /// Descends from a cover of all frames, ever denser until it finds nothing new, and from around each minimum: of those
+    /// that lie side by side one may have a basin too small for the cover.
     fn visit_everything(&mut self) {
-        /// In parts of its misfit: how near a minimum gives up a descent, and how near are ends of descents to the same.
-        const BASIN: f64 = 0.1;
-        const END: f64 = 1.0;
-        /// Ends that do not settle: of more, those as low as the lowest are taken to lie in one valley.
-        const MANY: usize = 6;
-        let (mut valley, mut unsettled): (Option<Descent<Normal<P>>>, usize) = (None, 0);
         let cover = Cover::of(self.model.problem);
-        let apart = self.apart;
-        let within = |part: f64| move |minimum: &Minimum| apart.max(part * minimum.chi_square.sqrt());
-        // In squared misfit; where no sigma is stated, that is a length squared.
-        let as_low = apart.max(SAME_PLACE * self.model.problem.fixture().size()).powi(2);
+        let mut unsettled = Unsettled { count: 0, lowest: None };
+        let mut explored = 0;
         for starts in Cover::rounds() {
             let before = self.found.len();
             for start in cover.starts(starts) {
-                let Some(descent) = self.descend(&start, within(BASIN)) else { continue };
-                let chi_square = descent.chi_square();
-                if !chi_square.is_finite() {
-                    continue;
+                self.visit_far(&start, &mut unsettled);
+            }
+            while let Some((minimum, _)) = self.found.get(explored) {
+                for start in self.around(minimum) {
+                    self.visit_far(&start, &mut unsettled);
                 }
-                let in_valley = unsettled > MANY
-                    && valley.is_some_and(|lowest| (chi_square - lowest.chi_square()).abs() < as_low);
-                if in_valley || self.knows(&descent.at, within(END)) {
-                    continue;
-                }
-                match settle(self.model, descent.at) {
-                    Some(at) if !self.knows(&at, |_| apart) => {
-                        self.keep(at, self.model.chi_square(&at), descent.steps);
-                    }
-                    // A motion is free there; of a valley's many ends the lowest tells enough.
-                    None => {
-                        unsettled += 1;
-                        if valley.is_none_or(|lowest| chi_square < lowest.chi_square()) {
-                            valley = Some(descent);
-                        }
-                    }
-                    _ => {}
-                }
+                explored += 1;
             }
             if self.found.len() == before {
                 break;
@@ -232,9 +213,67 @@ impl<const P: usize> Minima<'_, '_, P> {
         let fits_best = |lowest: &Descent<Normal<P>>| {
             self.found.iter().all(|(minimum, _)| lowest.chi_square() < minimum.chi_square)
         };
-        if let Some(lowest) = valley.filter(|lowest| lowest.steps < STEPS || fits_best(lowest)) {
+        if let Some(lowest) = unsettled.lowest.filter(|lowest| lowest.steps < STEPS || fits_best(lowest)) {
             self.keep(lowest.at, lowest.chi_square(), lowest.steps);
         }
+    }
+
+    /// Descends from a start that knows nothing of where a minimum is, and keeps that if it is new.
+    ///
+    /// Most minima from there fit so badly that residuals bend the misfit more than the Jacobian tells, and a descent ends
+    /// in one only to a part of its misfit: Newton's method settles it.
+    fn visit_far(&mut self, start: &Frame, unsettled: &mut Unsettled<P>) {
+        /// In parts of its misfit: how near a minimum gives up a descent, and how near are ends of descents to the same.
+        const BASIN: f64 = 0.1;
+        const END: f64 = 1.0;
+        /// Ends that do not settle: of more, those as low as the lowest are taken to lie in one valley.
+        const MANY: usize = 6;
+        let apart = self.apart;
+        let within = |part: f64| move |minimum: &Minimum| apart.max(part * minimum.chi_square.sqrt());
+        let Some(descent) = self.descend(start, within(BASIN)) else { return };
+        let chi_square = descent.chi_square();
+        if !chi_square.is_finite() {
+            return;
+        }
+        // In squared misfit; where no sigma is stated, that is a length squared.
+        let as_low = apart.max(SAME_PLACE * self.model.problem.fixture().size()).powi(2);
+        let in_valley = unsettled.count > MANY
+            && unsettled.lowest.is_some_and(|lowest| (chi_square - lowest.chi_square()).abs() < as_low);
+        if in_valley || self.knows(&descent.at, within(END)) {
+            return;
+        }
+        match settle(self.model, descent.at) {
+            Some(at) if !self.knows(&at, |_| apart) => {
+                self.keep(at, self.model.chi_square(&at), descent.steps);
+            }
+            // A motion is free there; of a valley's many ends the lowest tells enough.
+            None => {
+                unsettled.count += 1;
+                if unsettled.lowest.is_none_or(|lowest| chi_square < lowest.chi_square()) {
+                    unsettled.lowest = Some(descent);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Frames around a minimum, along the motions that it sees least to most, as far as others may lie beside it.
+    fn around(&self, minimum: &Minimum) -> Vec<Frame> {
+        /// Parts of the fixture's size, radians.
+        const FAR: [f64; 4] = [0.15, 0.3, 0.6, 1.2];
+        let size = self.model.problem.fixture().size();
+        let scales = Vector6::from_fn(|i, _| if i < 3 { size } else { 1.0 });
+        let scaled = minimum.information * Matrix6::from_diagonal(&scales);
+        if !scaled.iter().all(|v| v.is_finite()) {
+            return Vec::new();
+        }
+        let motions = (scaled.transpose() * scaled).symmetric_eigen().eigenvectors;
+        let along = |motion: Vector6<f64>| {
+            let steps = FAR.into_iter().flat_map(|far| [far, -far]);
+            steps.map(move |far| Twist::from(motion.component_mul(&scales) * far))
+        };
+        let twists = motions.column_iter().flat_map(|motion| along(motion.into_owned()));
+        twists.map(|twist| minimum.state.frame.moved(&twist)).collect()
     }
 
     /// Descends from a start, unless that leads into the basin of a known minimum: `within` so many of the problem's

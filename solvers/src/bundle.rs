@@ -21,7 +21,7 @@ use std::borrow::Cow;
 use thiserror::Error;
 use touchref_core::{
     Calibration, Covariance, Fixture, FixturePlugin, Frame, ParameterError, Placement, Probe, Problem,
-    RANK_TOLERANCE, Residual, SigmaSource, SolveError,
+    RANK_TOLERANCE, Residual, SigmaSource, SolveError, Stated, Unknown,
     statistics::{chi_square_level, chi_square_p_value},
 };
 
@@ -30,9 +30,9 @@ use crate::{
         Account, FREE, INCONSISTENT, Judgement, Margin, Minimum, REACH, Search, degenerate,
         degrees_of_freedom, rank_lost,
     },
-    model::{Extra, MAX_EXTRAS, Model, Quantity, Stated, Unknowns, uncertain, with_unknowns},
+    model::{Extra, MAX_EXTRAS, Model, Unknowns, uncertain, with_unknowns},
     refinement::SETTLED,
-    words::{scale_of, short},
+    words::short,
 };
 use arrow::{Fit, fit};
 
@@ -260,7 +260,7 @@ impl<'a, 'p> Bundle<'a, 'p> {
             return wrong(problem, "take some of them as exact");
         }
         for (k, unknown) in self.unknowns.iter().enumerate() {
-            if let Quantity::Dimension(index) = unknown.what
+            if let Unknown::Dimension(index) = unknown.what
                 && index >= self.fixture.dimensions().len()
             {
                 let problem = format!("fixture `{}` has no dimension number {index}", self.fixture.kind());
@@ -414,19 +414,19 @@ impl<'a, 'p> Bundle<'a, 'p> {
         let mut parameters = self.fixture.parameters().clone();
         let mut probe = Probe { tip_radius_u: 0.0, sigma: known.sigma, ..*self.probe };
         for dimension in self.fixture.dimensions() {
-            let scale = scale_of(dimension.quantity);
+            let scale = dimension.quantity.scale();
             parameters.set_number(&dimension.name, dimension.value * scale, 0.0);
         }
         for ((unknown, deviation), u) in self.unknowns.iter().zip(&known.deviations).zip(&known.uncertainties)
         {
-            let Stated { name, nominal, scale } = self.stated(unknown);
+            let Stated { name, nominal, scale, .. } = self.stated(unknown);
             let value = nominal + deviation;
             match unknown.what {
-                Quantity::Dimension(_) => {
+                Unknown::Dimension(_) => {
                     parameters.set_number(&name, value * scale, u * scale);
                 }
                 // A tip of next to none may come out below it; no probe has such a one.
-                Quantity::TipRadius => (probe.tip_radius, probe.tip_radius_u) = (value.max(0.0), *u),
+                Unknown::TipRadius => (probe.tip_radius, probe.tip_radius_u) = (value.max(0.0), *u),
             }
         }
         let fixture = plugin.build(&parameters).map_err(BundleError::Impossible)?;
@@ -444,7 +444,7 @@ impl<'a, 'p> Bundle<'a, 'p> {
         let size = self.fixture.size();
         for (k, unknown) in self.unknowns.iter().enumerate() {
             let size = match unknown.what {
-                Quantity::Dimension(index)
+                Unknown::Dimension(index)
                     if self.fixture.dimensions()[index].quantity == touchref_core::Quantity::Angle =>
                 {
                     1.0

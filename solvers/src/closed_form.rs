@@ -13,7 +13,7 @@
 use nalgebra::{DMatrix, DVector, Matrix6};
 use touchref_core::{
     ClosedForm, Frame, Measure, Observability, ParameterError, Parameters, Problem, Root, RootKind,
-    RootReport, Solution, SolveError, Solver, SolverPlugin,
+    RootReport, Solution, SolveError, Solver, SolverPlugin, Unknown,
 };
 
 use crate::{
@@ -22,8 +22,8 @@ use crate::{
         degenerate, degrees_of_freedom, rank_lost, rise_bound,
     },
     levenberg_marquardt::{descend, polish},
-    model::{Extra, Model, Quantity, SquareRoot, Unknowns, uncertain, with_unknowns},
-    words::{scale_of, short, wanted_dimensions},
+    model::{Extra, Model, SquareRoot, Unknowns, uncertain, with_unknowns},
+    words::{short, wanted_dimensions},
 };
 
 /// The plugin.
@@ -114,8 +114,8 @@ impl<const P: usize> Known for Model<'_, P> {
 /// The uncertain dimensions and tip, but the measured dimensions come first, known by the touches only.
 fn free_extras(closed_form: &dyn ClosedForm, known: &[Extra]) -> Vec<Extra> {
     let measured = closed_form.measured();
-    let is_measured = |extra: &&Extra| measured.iter().any(|m| extra.what == Quantity::Dimension(*m));
-    let free = measured.iter().map(|m| Extra { what: Quantity::Dimension(*m), prior: None });
+    let is_measured = |extra: &&Extra| measured.iter().any(|m| extra.what == Unknown::Dimension(*m));
+    let free = measured.iter().map(|m| Extra { what: Unknown::Dimension(*m), prior: None });
     free.chain(known.iter().filter(|extra| !is_measured(extra)).copied()).collect()
 }
 
@@ -284,7 +284,7 @@ impl<const F: usize> Choice<'_, '_, F> {
         let measured = self.closed_form.measured().iter().enumerate();
         measured
             .map(|(k, m)| {
-                let scale = scale_of(dimensions[*m].quantity);
+                let scale = dimensions[*m].quantity.scale();
                 let u = estimate.covariance.as_ref().map(|c| c[(k, k)].max(0.0).sqrt() * scale);
                 let u = u.filter(|u| known && u.is_finite());
                 Measure { name: dimensions[*m].name.clone(), value: estimate.measures[k] * scale, u }

@@ -23,7 +23,7 @@ use crate::{
     levenberg_marquardt::linear_minimum,
     model::{Model, SquareRoot, Unknowns, uncertain, with_unknowns},
     refinement::{Ended, execute},
-    words::{scale_of, short, wanted_dimensions},
+    words::{short, wanted_dimensions},
 };
 
 /// The plugin.
@@ -163,7 +163,7 @@ impl<const P: usize> Answer<'_, '_, P> {
             if root.kind == RootKind::Real {
                 let measures = measured.iter().zip(root.measures).map(|(index, value)| {
                     let dimension = &dimensions[*index];
-                    let value = value * scale_of(dimension.quantity);
+                    let value = value * dimension.quantity.scale();
                     Measure { name: dimension.name.clone(), value, u: None }
                 });
                 let misfit = linear_minimum(&self.model, &Unknowns::at(root.frame));

@@ -44,7 +44,7 @@ pub use acceptance::Margin;
 pub use closed_form::ClosedFormSolver;
 pub use global::Global;
 pub use least_squares::LeastSquares;
-pub use model::{Extra, MAX_EXTRAS, Quantity, Unknowns, uncertain};
+pub use model::{Extra, MAX_EXTRAS, Unknowns, uncertain};
 pub use refinement::refine;
 pub use robust::Robust;
 

@@ -5,14 +5,8 @@
 //! tip radius first, then the frame's twist along the fixture's axes. In a triangular square root of the information
 //! the last six rows and columns are then that of the frame alone, the extras marginalised.
 
-use std::borrow::Cow;
-
 use nalgebra::{Matrix3, Matrix6, SMatrix, Vector6};
-use touchref_core::{
-    Adjustment, Contact, Fixture, Frame, Freedom, MAX_DIMENSIONS, Noise, Probe, Problem, Shape, Twist,
-};
-
-use crate::words::scale_of;
+use touchref_core::{Contact, Frame, Freedom, MAX_DIMENSIONS, Noise, Problem, Shape, Twist, Unknown};
 
 /// Runs `$body` for `$i` from zero to the constant `$count`, each time with a constant `$i`: the compiler leaves loops of
 /// this size rolled, and their triangular inner loops with them.
@@ -33,58 +27,9 @@ pub(crate) use unrolled;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extra {
     /// What it is.
-    pub what: Quantity,
+    pub what: Unknown,
     /// Standard uncertainty of its nominal value; `None` for one that only the touches tell.
     pub prior: Option<f64>,
-}
-
-/// What may be unknown besides the frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// A dimension of the fixture, by index.
-    Dimension(usize),
-    /// The radius of the probe's tip.
-    TipRadius,
-}
-
-impl Quantity {
-    /// What is stated of it.
-    pub(crate) fn stated(self, fixture: &dyn Fixture, probe: &Probe) -> Stated {
-        match self {
-            Self::Dimension(index) => {
-                let dimension = &fixture.dimensions()[index];
-                let scale = scale_of(dimension.quantity);
-                Stated { name: dimension.name.clone(), nominal: dimension.value, scale }
-            }
-            Self::TipRadius => {
-                Stated { name: Cow::Borrowed("tip_radius"), nominal: probe.tip_radius, scale: 1.0 }
-            }
-        }
-    }
-}
-
-/// What is stated of a quantity.
-pub(crate) struct Stated {
-    /// Name of the dimension, or `tip_radius`.
-    pub(crate) name: Cow<'static, str>,
-    /// A length, or radians.
-    pub(crate) nominal: f64,
-    /// By what it is multiplied to be told: lengths stay, radians become degrees.
-    pub(crate) scale: f64,
-}
-
-impl Stated {
-    /// What the touches make of it: its estimate is `deviation` from the nominal value.
-    pub(crate) fn adjusted(self, nominal_u: Option<f64>, deviation: f64, u: f64) -> Adjustment {
-        let Self { name, nominal, scale } = self;
-        Adjustment {
-            name,
-            nominal: nominal * scale,
-            nominal_u: nominal_u.map(|u| u * scale),
-            value: (nominal + deviation) * scale,
-            u: u * scale,
-        }
-    }
 }
 
 /// The most extras at once: six dimensions and the tip radius.
@@ -95,16 +40,7 @@ pub const MAX_EXTRAS: usize = 7;
 /// Without a stated sigma of touches there is nothing to weigh them against, and they are taken as exact.
 #[must_use]
 pub fn uncertain(problem: &Problem<'_>) -> Vec<Extra> {
-    if problem.reference_sigma().is_none() {
-        return Vec::new();
-    }
-    let dimensions = problem.fixture().dimensions().iter().enumerate().filter(|(_, d)| d.u > 0.0);
-    let mut extras: Vec<Extra> =
-        dimensions.map(|(index, d)| Extra { what: Quantity::Dimension(index), prior: Some(d.u) }).collect();
-    if problem.probe().tip_radius_u > 0.0 {
-        extras.push(Extra { what: Quantity::TipRadius, prior: Some(problem.probe().tip_radius_u) });
-    }
-    extras
+    problem.uncertain().map(|(what, u)| Extra { what, prior: Some(u) }).collect()
 }
 
 /// A frame, and how far the extras deviate from their nominal values.
@@ -193,7 +129,7 @@ impl<'a, const P: usize> Model<'a, P> {
     /// `extras` must be `P - 6`, at most [`MAX_EXTRAS`].
     pub(crate) fn new(problem: &'a Problem<'a>, extras: &'a [Extra]) -> Self {
         debug_assert_eq!(extras.len() + 6, P);
-        let varies = extras.iter().any(|extra| matches!(extra.what, Quantity::Dimension(_)));
+        let varies = extras.iter().any(|extra| matches!(extra.what, Unknown::Dimension(_)));
         let nominal = varies.then(|| {
             let mut values = [0.0; MAX_DIMENSIONS];
             for (value, dimension) in values.iter_mut().zip(problem.fixture().dimensions()) {
@@ -216,7 +152,7 @@ impl<'a, const P: usize> Model<'a, P> {
         }
         let mut values = self.nominal?;
         for (extra, deviation) in self.extras.iter().zip(&state.extras) {
-            if let Quantity::Dimension(dimension) = extra.what {
+            if let Unknown::Dimension(dimension) = extra.what {
                 values[dimension] += deviation;
             }
         }
@@ -244,7 +180,7 @@ impl<'a, const P: usize> Model<'a, P> {
             Some(values) => self.problem.contact_with(&state.frame, index, &self.shape(index, Some(&values))),
         };
         for (extra, deviation) in self.extras[..P - 6].iter().zip(&state.extras) {
-            if extra.what == Quantity::TipRadius {
+            if extra.what == Unknown::TipRadius {
                 contact.residual -= deviation;
             }
         }
@@ -270,14 +206,14 @@ impl<'a, const P: usize> Model<'a, P> {
         if let Some(values) = self.dimensions(state) {
             let surface = self.problem.touches()[index].surface;
             for (slot, extra) in gradient.iter_mut().zip(self.extras) {
-                if let Quantity::Dimension(dimension) = extra.what {
+                if let Unknown::Dimension(dimension) = extra.what {
                     let fixture = self.problem.fixture();
                     *slot = fixture.dimension_gradient(dimension, surface, &contact.at, &values) * weight;
                 }
             }
         }
         for (slot, extra) in gradient.iter_mut().zip(&self.extras[..P - 6]) {
-            if extra.what == Quantity::TipRadius {
+            if extra.what == Unknown::TipRadius {
                 *slot = -weight;
             }
         }
@@ -333,7 +269,7 @@ impl<'a, const P: usize> Model<'a, P> {
         }
         let Some(values) = values else { return };
         for (slot, extra) in row.gradient.iter_mut().zip(self.extras) {
-            if let Quantity::Dimension(dimension) = extra.what {
+            if let Unknown::Dimension(dimension) = extra.what {
                 let step = STEP * values[dimension];
                 let normal_with = |by: f64| {
                     let mut values = values;
@@ -515,7 +451,7 @@ impl<'a, const P: usize> Model<'a, P> {
     fn bends_with(&self, state: &Unknowns, index: usize, extra: usize) -> [f64; P] {
         /// In parts of the nominal value: truncation 1e-10, rounding 1e-11.
         const STEP: f64 = 1e-5;
-        let (Quantity::Dimension(dimension), Some(nominal)) = (self.extras[extra].what, self.nominal) else {
+        let (Unknown::Dimension(dimension), Some(nominal)) = (self.extras[extra].what, self.nominal) else {
             // A tip's radius enters linearly.
             return [0.0; P];
         };
@@ -810,10 +746,10 @@ mod tests {
     use nalgebra::{Matrix3, Point3, Unit};
     use touchref_core::{
         Dimension, Extent, Fixture, Frame, Noise, Parameters, Probe, Problem, Requirement, Shape, Surface,
-        Touch,
+        Touch, Unknown,
     };
 
-    use super::{Extra, Model, Quantity, Unknowns};
+    use super::{Extra, Model, Unknowns};
 
     /// A cylinder, a cone, a sphere and a plane; the one dimension is the cone's half-angle.
     #[derive(Debug)]
@@ -917,8 +853,8 @@ mod tests {
     }
 
     const EXTRAS: [Extra; 2] = [
-        Extra { what: Quantity::Dimension(0), prior: Some(0.2) },
-        Extra { what: Quantity::TipRadius, prior: Some(0.1) },
+        Extra { what: Unknown::Dimension(0), prior: Some(0.2) },
+        Extra { what: Unknown::TipRadius, prior: Some(0.1) },
     ];
     /// Central differences of step 1e-5: truncation 1e-10 of third derivatives below 10, rounding 1e-15 / step.
     const STEP: f64 = 1e-5;

@@ -30,14 +30,14 @@
 
 use touchref_core::{
     Frame, ParameterError, ParameterKind, ParameterSpec, Parameters, Problem, Residual, Solution, SolveError,
-    Solver, SolverPlugin, Touch, Warning,
+    Solver, SolverPlugin, Stated, Touch, Unknown, Warning,
 };
 
 use crate::{
     acceptance::{AMBIGUOUS, Judgement, Margin, Search, Verdict, degrees_of_freedom},
     least_squares::Answer,
     levenberg_marquardt::descend,
-    model::{Extra, Model, Quantity, Stated, Unknowns, uncertain, with_unknowns},
+    model::{Extra, Model, Unknowns, uncertain, with_unknowns},
     words::{either, joined, listed, short, touches_in_words},
 };
 
@@ -232,11 +232,11 @@ impl Inquiry<'_, '_> {
         let mut starts = starts(problem);
         starts.extend(self.without(bad, |rest| Ok(self::starts(rest)))?);
         let sizes =
-            (0..problem.fixture().dimensions().len()).map(Quantity::Dimension).chain([Quantity::TipRadius]);
+            (0..problem.fixture().dimensions().len()).map(Unknown::Dimension).chain([Unknown::TipRadius]);
         let level = AMBIGUOUS.value(degrees_of_freedom(problem) - 1);
         let mut fitting = Vec::new();
         for what in sizes {
-            let Stated { name, nominal, scale } = what.stated(problem.fixture(), problem.probe());
+            let Stated { name, nominal, scale, .. } = what.stated(problem.fixture(), problem.probe());
             let mut extras = vec![Extra { what, prior: None }];
             extras.extend(uncertain(problem).into_iter().filter(|extra| extra.what != what));
             let best = with_unknowns!(extras.len(), P => {

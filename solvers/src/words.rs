@@ -1,14 +1,6 @@
 //! Numbers in messages.
 
-use touchref_core::{ClosedForm, Problem, Quantity};
-
-/// Radians are told in degrees: what to multiply a dimension by.
-pub(crate) fn scale_of(quantity: Quantity) -> f64 {
-    match quantity {
-        Quantity::Length => 1.0,
-        Quantity::Angle => 1.0_f64.to_degrees(),
-    }
-}
+use touchref_core::{ClosedForm, Problem};
 
 /// What a root's measures say of the fixture's dimensions, and whether units seem mixed up.
 pub(crate) fn wanted_dimensions(
@@ -28,7 +20,7 @@ pub(crate) fn wanted_dimensions(
         let mixed = UNITS.iter().find(|(unit, _)| close(*unit));
         let mixed = mixed
             .map_or_else(String::new, |(unit, names)| format!(", a factor of {unit}: {names} mixed up?"));
-        let [wanted, stated] = [*measure, dimension.value].map(|v| short(v * scale_of(dimension.quantity)));
+        let [wanted, stated] = [*measure, dimension.value].map(|v| short(v * dimension.quantity.scale()));
         format!("; the touches want {} {wanted}, the fixture says {stated}{mixed}", dimension.name)
     });
     told.collect()

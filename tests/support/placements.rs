@@ -6,9 +6,9 @@
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 use touchref::{
-    Calibration, Fixture, FixturePlugin, Frame, Parameters, Probe, Problem, Touch, Value,
+    Calibration, Fixture, FixturePlugin, Frame, Parameters, Probe, Problem, Touch, Unknown, Value,
     analysis::simulation::{Layout, random_frame, simulate},
-    solvers::{Extra, Quantity},
+    solvers::Extra,
     statistics::chi_square_level,
 };
 
@@ -96,9 +96,9 @@ pub fn unknowns(fixture: &dyn Fixture, probe: &Probe, names: &[&str]) -> Vec<Ext
     let stated = |u: f64| Some(u).filter(|u| *u > 0.0);
     let unknown = |name: &&str| match fixture.dimensions().iter().position(|d| d.name == *name) {
         Some(index) => {
-            Extra { what: Quantity::Dimension(index), prior: stated(fixture.dimensions()[index].u) }
+            Extra { what: Unknown::Dimension(index), prior: stated(fixture.dimensions()[index].u) }
         }
-        None => Extra { what: Quantity::TipRadius, prior: stated(probe.tip_radius_u) },
+        None => Extra { what: Unknown::TipRadius, prior: stated(probe.tip_radius_u) },
     };
     names.iter().map(unknown).collect()
 }

@@ -5,12 +5,12 @@ use rand::{Rng, RngExt, seq::SliceRandom};
 use rand_distr::StandardNormal;
 use touchref_core::{
     Fixture, FixturePlugin, Frame, ParameterKind, ParameterSpec, Parameters, Probe, Problem, Shape, Touch,
-    Value, parameters::TYPE,
+    Unknown, Value, parameters::TYPE,
 };
 
 use super::{Suite, without_panic};
 use crate::{
-    reference::{Unknown, condition},
+    reference::condition,
     simulation::{Layout, generator, random_frame, random_layout, simulate},
 };
 

@@ -6,7 +6,8 @@ use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use touchref_core::{
     ClosedForm, Dimension, Extent, Fixture, Frame, MAX_DIMENSIONS, MAX_MEASURES, ParameterSpec, Parameters,
-    Plugin, Probe, Problem, Quantity, Root, RootKind, Shape, Surface, Touch, Twist, Value, parameters::parse,
+    Plugin, Probe, Problem, Quantity, Root, RootKind, Shape, Surface, Touch, Twist, Unknown, Value,
+    parameters::parse,
 };
 
 use super::{
@@ -14,7 +15,7 @@ use super::{
     case::{Case, Places, REGULAR, SOUND, UNIT},
     ensure, without_panic,
 };
-use crate::reference::{Magnitude, NullSpace, Unknown, condition, condition_at, descend};
+use crate::reference::{Magnitude, NullSpace, condition, condition_at, descend};
 
 pub(super) use super::case::Subject;
 

@@ -4,7 +4,7 @@ use nalgebra::{Matrix6, SymmetricEigen};
 use rand::seq::SliceRandom;
 use touchref_core::{
     Covariance, Frame, Observability, Parameters, Probe, Problem, Residual, SigmaSource, Solution,
-    SolveError, Solver, SolverPlugin, Touch,
+    SolveError, Solver, SolverPlugin, Touch, Unknown,
     statistics::{chi_square_level, chi_square_p_value},
 };
 
@@ -16,7 +16,7 @@ use super::{
     without_panic,
 };
 use crate::{
-    reference::{Unknown, condition, descend},
+    reference::{condition, descend},
     simulation::{random_frame, simulate},
     study::WRONG_LEVEL,
 };

@@ -4,10 +4,10 @@ use std::{io, path::PathBuf};
 
 use anstream::adapter::strip_str;
 use touchref::{
-    Problem, Registry,
+    Problem, Registry, Unknown,
     io::{CalibrationRecord, InputError, PlacementTouches},
     solvers::{
-        Extra, Quantity,
+        Extra,
         bundle::{BundleError, calibrate},
     },
 };
@@ -91,7 +91,7 @@ fn unknowns(setup: &Setup, free: &[String]) -> Result<Vec<Extra>, InputError> {
     }
     let stated = dimensions.iter().map(|dimension| dimension.u).chain([probe.tip_radius_u]);
     let unknown = |(index, (name, u)): (usize, (&str, f64))| {
-        let what = if index < dimensions.len() { Quantity::Dimension(index) } else { Quantity::TipRadius };
+        let what = if index < dimensions.len() { Unknown::Dimension(index) } else { Unknown::TipRadius };
         let is_free = free.iter().any(|free| free == name);
         (is_free || u > 0.0).then_some(Extra { what, prior: if is_free { None } else { Some(u) } })
     };

@@ -1,0 +1,200 @@
+//! A measurement to first order: what an error of each observation does to the frame, and how far the others check it.
+//!
+//! Observations are the touches, and the fixture's dimensions and the tip radius where an uncertainty of them is stated:
+//! each of these is an unknown beside the frame, with what is stated as one more observation of it, as in the solver
+//! `least-squares`. With `J` their Jacobian, each row over the standard deviation of its observation, errors `e` (in
+//! standard deviations) move the unknowns by `-S e` and leave the residuals `Q e`:
+//!
+//! ```text
+//! S = (J^T J)^-1 J^T      Q = I - J S
+//! ```
+//!
+//! `S S^T` is the covariance of the unknowns, the diagonal of `Q` the redundancy numbers (W. Baarda, A testing procedure
+//! for use in geodetic networks, 1968): 1 where an observation is checked wholly by the others, 0 where not at all.
+
+use nalgebra::{DMatrix, DVector, Matrix3x6, Matrix6, Matrix6xX, Point3, Vector3, Vector6};
+use touchref_core::{Frame, Problem, RANK_TOLERANCE, Unknown};
+
+/// What tells of the frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Observation {
+    /// A touch, by its index.
+    Touch(usize),
+    /// What is stated of a size of the fixture or of the tip.
+    Stated(Unknown),
+}
+
+/// A measurement to first order at its maximum-likelihood frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Linear {
+    frame: Frame,
+    observations: Vec<Observation>,
+    sigmas: Vec<f64>,
+    sensitivities: Matrix6xX<f64>,
+    redundancy: DMatrix<f64>,
+    residuals: DVector<f64>,
+}
+
+impl Linear {
+    /// The measurement at `frame`, which must be that of least squared misfit; `None` where the touches leave a motion
+    /// free that the fixture does not.
+    ///
+    /// Where no sigma is stated that of each touch is taken as 1, and stated uncertainties do not count.
+    #[must_use]
+    pub fn at(problem: &Problem<'_>, frame: &Frame) -> Option<Self> {
+        let uncertain: Vec<(Unknown, f64)> = problem.uncertain().collect();
+        let freedom = problem.fixture().freedom();
+        let motions: Vec<usize> = (0..6).filter(|motion| !freedom.is_free(*motion)).collect();
+        let touches = problem.touches().len();
+        let (count, sizes) = (touches + uncertain.len(), uncertain.len());
+        let mut jacobian = DMatrix::zeros(count, sizes + motions.len());
+        let mut misfits = DVector::zeros(count);
+        let mut sigmas = Vec::with_capacity(count);
+        let nominal: Vec<f64> = problem.fixture().dimensions().iter().map(|known| known.value).collect();
+        for (index, touch) in problem.touches().iter().enumerate() {
+            let contact = problem.contact(frame, index);
+            for (column, (unknown, _)) in uncertain.iter().enumerate() {
+                let slope = match unknown {
+                    Unknown::Dimension(dimension) => {
+                        problem.fixture().dimension_gradient(*dimension, touch.surface, &contact.at, &nominal)
+                    }
+                    Unknown::TipRadius => -1.0,
+                };
+                jacobian[(index, column)] = slope / contact.sigma;
+            }
+            let gradient = contact.gradient();
+            for (column, motion) in motions.iter().enumerate() {
+                jacobian[(index, sizes + column)] = gradient[*motion] / contact.sigma;
+            }
+            misfits[index] = contact.residual / contact.sigma;
+            sigmas.push(contact.sigma);
+        }
+        for (column, (_, u)) in uncertain.iter().enumerate() {
+            // What is stated less what it is: an error adds to it, as it does to the distance of a touch.
+            jacobian[(touches + column, column)] = -1.0 / u;
+            sigmas.push(*u);
+        }
+        let Projection { solution, redundancy } = Projection::of(jacobian)?;
+        let mut along_fixture = Matrix6xX::zeros(count);
+        for (row, motion) in motions.iter().enumerate() {
+            along_fixture.set_row(*motion, &-solution.row(sizes + row));
+        }
+        let touched = (0..touches).map(Observation::Touch);
+        Some(Self {
+            frame: *frame,
+            observations: touched
+                .chain(uncertain.iter().map(|(what, _)| Observation::Stated(*what)))
+                .collect(),
+            sigmas,
+            sensitivities: in_parent(frame, &along_fixture),
+            residuals: &redundancy * misfits,
+            redundancy,
+        })
+    }
+
+    /// The frame.
+    #[must_use]
+    pub fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
+    /// The observations: the touches in input order, then the uncertain dimensions, then the tip radius.
+    #[must_use]
+    pub fn observations(&self) -> &[Observation] {
+        &self.observations
+    }
+
+    /// Standard deviation of each observation: a length, or radians; of a touch 1 where no sigma is stated.
+    #[must_use]
+    pub fn sigmas(&self) -> &[f64] {
+        &self.sigmas
+    }
+
+    /// How the frame moves with an error of one standard deviation of observation `index`: `x y z rx ry rz` along the
+    /// parent's axes about the frame's origin. A touch errs along the outward normal of its surface, a size in what is
+    /// stated of it.
+    #[must_use]
+    pub fn sensitivity(&self, index: usize) -> Vector6<f64> {
+        self.sensitivities.column(index).into_owned()
+    }
+
+    /// Covariance of the frame, in the order and along the axes of [`sensitivity`](Self::sensitivity); zero along what the
+    /// fixture leaves free. For touches of sigma 1 where none is stated.
+    #[must_use]
+    pub fn covariance(&self) -> Matrix6<f64> {
+        Matrix6::from(&self.sensitivities * self.sensitivities.transpose())
+    }
+
+    /// What of each observation's error, in its standard deviations, the residuals show: `Q`, in the order of the
+    /// observations.
+    #[must_use]
+    pub fn redundancy(&self) -> &DMatrix<f64> {
+        &self.redundancy
+    }
+
+    /// Residual of each observation at the minimum, in its standard deviations: positive where the touch lies outside its
+    /// surface, or where more is stated than is estimated.
+    #[must_use]
+    pub fn residuals(&self) -> &DVector<f64> {
+        &self.residuals
+    }
+}
+
+/// How a point of the fixture, in fixture coordinates, moves with the frame's `x y z rx ry rz` along the parent's axes
+/// about its origin.
+#[must_use]
+pub fn lever(frame: &Frame, point: &Point3<f64>) -> Matrix3x6<f64> {
+    let arm = frame.rotation * point.coords;
+    let mut lever = Matrix3x6::identity();
+    lever.fixed_columns_mut::<3>(3).copy_from(&(-arm.cross_matrix()));
+    lever
+}
+
+/// Twists along the fixture's axes, one a column, along the parent's.
+fn in_parent(frame: &Frame, along_fixture: &Matrix6xX<f64>) -> Matrix6xX<f64> {
+    let mut twists = along_fixture.clone();
+    for mut twist in twists.column_iter_mut() {
+        for part in [0, 3] {
+            let turned: Vector3<f64> = frame.rotation * twist.fixed_rows::<3>(part);
+            twist.fixed_rows_mut::<3>(part).copy_from(&turned);
+        }
+    }
+    twists
+}
+
+/// What the rows of a Jacobian tell of its columns' unknowns: `S` and `Q`.
+struct Projection {
+    solution: DMatrix<f64>,
+    redundancy: DMatrix<f64>,
+}
+
+impl Projection {
+    /// `None` where some unknown is not seen.
+    fn of(mut jacobian: DMatrix<f64>) -> Option<Self> {
+        let (rows, columns) = jacobian.shape();
+        if rows < columns {
+            return None;
+        }
+        // Lengths and angles are of different sizes.
+        let scales: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
+        if !scales.iter().all(|scale| scale.is_normal()) {
+            return None;
+        }
+        for (mut column, scale) in jacobian.column_iter_mut().zip(&scales) {
+            column /= *scale;
+        }
+        let (q, r) = jacobian.qr().unpack();
+        let singular = r.clone().singular_values();
+        // A column that no touch sees is no number by now.
+        if singular.min().partial_cmp(&(RANK_TOLERANCE * singular.max())) != Some(std::cmp::Ordering::Greater)
+        {
+            return None;
+        }
+        let mut solution = r.solve_upper_triangular(&q.transpose())?;
+        for (mut row, scale) in solution.row_iter_mut().zip(&scales) {
+            row /= *scale;
+        }
+        let redundancy = DMatrix::identity(rows, rows) - &q * q.transpose();
+        Some(Self { solution, redundancy })
+    }
+}

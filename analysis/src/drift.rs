@@ -5,15 +5,21 @@
 //! free, when nothing has moved. Where a sigma was not stated but taken from the residuals, it is an F-ratio instead. What
 //! both frames owe to the same cause, such as an error of the tip's radius, is the same in both as far as they were
 //! touched alike, and only the rest of it is uncertain.
+//!
+//! [`Comparison`] tells whether there was a motion; [`explain`], whether all of the fixture made it or one surface.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, MatrixXx6, Point3, Rotation3, Vector3, Vector6};
 use thiserror::Error;
 use touchref_core::{
-    Fixture, Frame, Freedom, RANK_TOLERANCE, Twist,
+    Fixture, Frame, Freedom, RANK_TOLERANCE, Twist, Unknown,
     statistics::{chi_square_level, chi_square_p_value, f_level, f_p_value},
 };
 
-use crate::Estimate;
+use crate::{Estimate, Linear, Observation};
+
+mod explanation;
+
+pub use explanation::{Explanation, Hypothesis, Seen, explain};
 
 /// Chance of a false alarm, where none is given: one comparison in a thousand of a fixture that stands still.
 pub const ALPHA: f64 = 1e-3;
@@ -249,6 +255,35 @@ impl Comparison {
     #[must_use]
     pub fn of(fixture: &dyn Fixture) -> Self {
         Self { freedom: fixture.freedom() }
+    }
+
+    /// A frame whose uncertainty a linear model of its measurement takes apart: what is `common` to all measurements, and
+    /// the rest. `None` where the frame's own covariance, as its solver states it, is not that of the model.
+    #[must_use]
+    pub fn taken_apart(
+        &self,
+        linear: &Linear,
+        common: impl Fn(Unknown) -> bool,
+        stated: &Matrix6<f64>,
+    ) -> Option<Located> {
+        /// By which part variances may differ: the model is of first order, at nominal sizes.
+        const AGREEMENT: f64 = 0.1;
+        let mut located = Located::independent(*linear.frame(), Matrix6::zeros(), None);
+        for (index, observation) in linear.observations().iter().enumerate() {
+            let effect = linear.sensitivity(index);
+            match observation {
+                Observation::Stated(unknown) if common(*unknown) => located.common.push(effect),
+                _ => located.own += effect * effect.transpose(),
+            }
+        }
+        // As seen in units of the model, the stated covariance is the unit matrix.
+        let along_fixture = Frame { rotation: linear.frame().rotation.inverse(), ..*linear.frame() };
+        let seen = |covariance: &Matrix6<f64>| transformed(&self.selection(), &along_fixture.to_parent_axes(covariance));
+        let root = seen(&located.covariance()).cholesky()?.l();
+        let half = root.solve_lower_triangular(&seen(stated))?;
+        let ratio = root.solve_lower_triangular(&half.transpose())?;
+        let agrees = |value: &f64| (value - 1.0).abs() < AGREEMENT;
+        ratio.symmetric_eigenvalues().iter().all(agrees).then_some(located)
     }
 
     /// How many motions count.

@@ -49,6 +49,18 @@ pub struct Scatter {
     pub degrees_of_freedom: usize,
 }
 
+impl Scatter {
+    /// Whether two estimates are hardly of one noise: the F-test of two variances, at [`ALPHA`].
+    #[must_use]
+    pub fn differs_from(self, other: Self) -> bool {
+        let (more, less) = if self.sigma > other.sigma { (self, other) } else { (other, self) };
+        let ratio = (more.sigma / less.sigma).powi(2);
+        let p = f_p_value(ratio, more.degrees_of_freedom, less.degrees_of_freedom);
+        // Either may be the larger.
+        p.is_some_and(|p| 2.0 * p < ALPHA)
+    }
+}
+
 impl Located {
     /// A frame whose covariance is all its own.
     #[must_use]

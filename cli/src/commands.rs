@@ -1,6 +1,7 @@
 //! The subcommands, one file each: what was typed becomes what is to be printed.
 
 pub(crate) mod calibrate;
+pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod describe;
 pub(crate) mod element;

@@ -1,6 +1,7 @@
 //! Results and failures for people.
 
 mod calibration;
+mod comparison;
 mod element;
 mod failure;
 mod history;
@@ -11,6 +12,7 @@ mod solution;
 mod study;
 
 pub(crate) use calibration::calibration;
+pub(crate) use comparison::comparison;
 pub(crate) use element::element;
 pub(crate) use failure::failure;
 pub(crate) use history::history;

@@ -50,9 +50,9 @@ pub struct Explanation {
 /// # Errors
 /// [`TouchError`], where the measurements do not make one.
 pub fn explain(baseline: &[Seen<'_>], later: &Seen<'_>) -> Result<Option<Vec<Explanation>>, TouchError> {
-    let (Some(first), true) =
-        (baseline.first(), baseline.iter().chain([later]).all(|seen| seen.problem.reference_sigma().is_some()))
-    else {
+    let tip = |seen: &Seen<'_>| (seen.problem.probe().tip_radius, seen.problem.probe().tip_radius_u);
+    let fits = |seen: &Seen<'_>| seen.problem.reference_sigma().is_some() && tip(seen) == tip(later);
+    let Some(first) = baseline.first().filter(|_| baseline.iter().chain([later]).all(fits)) else {
         return Ok(None);
     };
     let before: Vec<Touch> = baseline.iter().flat_map(with_own_noise).collect();

@@ -9,7 +9,7 @@ use clap::ValueEnum;
 use serde::Serialize;
 use touchref::io::{
     InputError,
-    history::{self, History, Recorded, Selection},
+    history::{self, Entry, History, Recorded, Selection},
 };
 
 use crate::{
@@ -136,7 +136,8 @@ impl Args {
             return export(folder, &recorded);
         }
         if self.format == ListFormat::Csv {
-            return Ok(Output::bytes(csv(&recorded)));
+            let table = csv(&recorded).map_err(|error| Failure::writing("the table", &error.into()))?;
+            return Ok(Output::bytes(table));
         }
         let record = HistoryRecord {
             schema: "touchref.history/1",
@@ -167,27 +168,16 @@ fn export(folder: &Path, recorded: &[Recorded]) -> Result<Output, Failure> {
 }
 
 /// One row a result, numbers with the digits that round-trip.
-fn csv(recorded: &[Recorded]) -> String {
-    let mut text = "number,time,name,measurement,fixture,status,units,x,y,z\n".to_owned();
+fn csv(recorded: &[Recorded]) -> csv::Result<Vec<u8>> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let columns = ["number", "time", "name", "measurement", "fixture", "status", "units", "x", "y", "z"];
+    table.write_record(columns)?;
     for Recorded { number, time, entry } in recorded {
-        let number_or_nothing = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-        let [x, y, z] = [0, 1, 2].map(|k| number_or_nothing(entry.origin.map(|origin| origin[k])));
-        let name = entry.name.as_deref().unwrap_or_default();
-        let [name, measurement] = [name, &entry.measurement].map(quoted);
-        let row = [&number.to_string(), time, &name, &measurement, &entry.fixture, &entry.status, &entry.units];
-        text.push_str(&row.map(String::as_str).join(","));
-        text.push_str(&format!(",{x},{y},{z}\n"));
+        let Entry { name, measurement, fixture, status, units, origin, .. } = entry;
+        let origin = origin.map_or([None; 3], |origin| origin.map(Some));
+        table.serialize((number, time, name, measurement, fixture, status, units, origin))?;
     }
-    text
-}
-
-/// A field of CSV, in quotes where it needs them (RFC 4180).
-fn quoted(field: &str) -> String {
-    if field.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", field.replace('"', "\"\""))
-    } else {
-        field.to_owned()
-    }
+    table.into_inner().map_err(|error| error.into_error().into())
 }
 
 /// Reads results of a store for another command, refusals left out.

@@ -121,6 +121,8 @@ pub struct Change {
     pub covariance: Matrix6<f64>,
     /// How sure it is that there is any.
     pub significance: Significance,
+    /// How sure it is that any of it is a turn; `None` where every turn is free.
+    pub turned: Option<Significance>,
 }
 
 /// How far something is from nothing, beside its uncertainty.
@@ -214,10 +216,14 @@ impl Change {
     }
 
     /// The motion as a screw, along the **fixture's** axes before it: the constant twist that makes it in one unit of time.
+    /// A turn of less significance than `alpha` asks for is left out: the screw's axis would be that of noise.
     #[must_use]
-    pub fn screw(&self) -> Twist {
+    pub fn screw(&self, alpha: f64) -> Twist {
         let along_fixture = self.from.rotation.inverse();
-        let (v, w) = (self.motion.translation, self.motion.rotation);
+        let (v, mut w) = (self.motion.translation, self.motion.rotation);
+        if !self.turned.is_some_and(|turned| turned.exceeds(alpha)) {
+            w = Vector3::zeros();
+        }
         Twist { translation: along_fixture * (left_jacobian_inverse(&w) * v), rotation: along_fixture * w }
     }
 }
@@ -347,11 +353,17 @@ impl Comparison {
             let effect = &by_before * first + &by_after * second;
             covariance += &effect * effect.transpose();
         }
-        let significance = Significance {
-            squared_distance: squared_distance(&motion, &covariance)?,
-            degrees_of_freedom: self.seen(),
-            of_noise: both.iter().filter_map(|one| one.estimated).map(|of| of.degrees_of_freedom).min(),
+        let of_noise = both.iter().filter_map(|one| one.estimated).map(|of| of.degrees_of_freedom).min();
+        // Of the last so many motions that are seen.
+        let of_last = |count: usize| -> Result<Significance, DriftError> {
+            let first = motion.len() - count;
+            let part = covariance.view((first, first), (count, count)).into_owned();
+            let squared_distance = squared_distance(&motion.rows(first, count).into_owned(), &part)?;
+            Ok(Significance { squared_distance, degrees_of_freedom: count, of_noise })
         };
+        let turns = (3..6).filter(|index| !self.freedom.is_free(*index)).count();
+        let significance = of_last(self.seen())?;
+        let turned = if turns > 0 { Some(of_last(turns)?) } else { None };
         let all = self.selection().transpose();
         let from = before.frame;
         Ok(Change {
@@ -359,6 +371,7 @@ impl Comparison {
             motion: along_parent(&from, &(&all * motion)).into(),
             covariance: from.to_parent_axes(&(&all * covariance * all.transpose())),
             significance,
+            turned,
         })
     }
 
@@ -628,7 +641,7 @@ mod tests {
         let [before, after] = before_and_after();
         let located = |frame| Located::independent(frame, covariance(1.3), None);
         let change = ALL.change(&located(before), &located(after)).unwrap();
-        let screw = change.screw();
+        let screw = change.screw(1.0);
         // A point of the screw's axis moves along it only, by the same distance as every other point does along it.
         let axis = screw.rotation.normalize();
         let on_axis = Point3::from(screw.rotation.cross(&screw.translation) / screw.rotation.norm_squared());
@@ -640,6 +653,8 @@ mod tests {
             let told = change.at(&point);
             assert!((told.vector - (after.to_parent(&point) - before.to_parent(&point))).norm() < 1e-12);
         }
+        // As sure as nothing is, nothing is a turn.
+        assert_eq!(change.screw(0.0).rotation, Vector3::zeros());
         let at_origin = change.at(&Point3::origin());
         assert!((at_origin.length().value - change.shift().value).abs() < 1e-12);
         assert!((at_origin.length().u - change.shift().u).abs() < 1e-12);

@@ -343,7 +343,7 @@ impl Args {
             time: result.time.clone(),
             motion: TwistRecord { translation: translation.into(), rotation: rotation.into(), about },
             covariance: rows(&change.covariance),
-            words: told.then(|| Motion::of_fixture(fixture, &change.from, &change.screw()).to_string()),
+            words: told.then(|| Motion::of_fixture(fixture, &change.from, &change.screw(alpha)).to_string()),
             shift: change.shift().into(),
             turn_deg: Uncertain { value: turn.value.to_degrees(), u: turn.u.to_degrees() },
             points: self.points.iter().map(|point| PointRecord::new(point, change)).collect(),

@@ -4,7 +4,7 @@
 //! cargo run --release --example drift_study [TRIALS [SEED]]
 //! ```
 //!
-//! Ten thousand pairs of measurements of each fixture by default, of composites one in twenty of these, as their search takes
+//! Ten thousand pairs of measurements of each fixture by default, of composites one in fifty of these, as their search takes
 //! longer. False alarms: the same fixture with the same tip, once with everything exact but the touches, once with a
 //! tip and sizes whose errors, drawn once per pair, are common to both measurements; those counted as independent,
 //! for comparison; and with the noise told by the residuals. Power: the fixture moved by three standard deviations of the difference,
@@ -12,10 +12,10 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // A study may panic, and prints its figures.
 
-#[path = "../tests/support/mod.rs"]
-mod support;
 #[path = "../tests/support/pairs.rs"]
 mod pairs;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 use nalgebra::Vector6;
 use pairs::{Found, cases};
@@ -30,14 +30,17 @@ fn main() {
     let still = Twist::from(Vector6::zeros());
     println!("alpha {ALPHAS:?}; intervals of 95 %");
     for case in cases(seed) {
-        let trials = if case.plugin.name == "composite" { trials / 20 } else { trials };
+        let trials = if case.plugin.name == "composite" { trials / 50 } else { trials };
         println!("\n{}", case.name);
         for (name, pairs) in case.kinds(&*solver) {
             println!("  false alarms, {name}: {}", told(&pairs.found(trials, &still, &ALPHAS)));
         }
         let exact = case.exact(&*solver);
         for (name, motion) in ["least", "best"].iter().zip(exact.motions(3.0)) {
-            println!("  found of 3 sigma along the motion seen {name}: {}", told(&exact.found(trials, &motion, &ALPHAS)));
+            println!(
+                "  found of 3 sigma along the motion seen {name}: {}",
+                told(&exact.found(trials, &motion, &ALPHAS))
+            );
         }
     }
 }

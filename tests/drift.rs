@@ -7,7 +7,7 @@ mod pairs;
 mod support;
 
 use nalgebra::{Point3, Vector3, Vector6};
-use pairs::{Found, cases};
+use pairs::{Found, INDEPENDENT, cases};
 use touchref::{
     Fixture, Frame, Probe, Problem, Touch, Twist,
     analysis::{
@@ -20,12 +20,17 @@ use touchref::{
 fn assert_rate(found: &Found, expected: f64, what: &str) {
     let deviation = (expected * (1.0 - expected) / found.pairs as f64).sqrt();
     let off = (found.rate() - expected) / deviation;
-    assert!(off.abs() < 4.0, "{what}: {} of {}, {off:.1} deviations off {expected}", found.moved, found.pairs);
+    assert!(
+        off.abs() < 4.0,
+        "{what}: {} of {}, {off:.1} deviations off {expected}",
+        found.moved,
+        found.pairs
+    );
 }
 
 /// Pairs of each fixture; composites take longer.
 fn trials(name: &str) -> u64 {
-    if matches!(name, "composite") { 60 } else { 800 }
+    if name == "composite" { 15 } else { 500 }
 }
 
 #[test]
@@ -33,13 +38,11 @@ fn false_alarms_come_at_the_stated_rate() {
     let solver = support::solver("least-squares");
     let still = Twist::from(Vector6::zeros());
     for case in cases(5) {
-        for (name, pairs) in case.kinds(&*solver) {
+        for (name, pairs) in case.kinds(&*solver).iter().filter(|(name, _)| *name != INDEPENDENT) {
             let found = &pairs.found(trials(case.plugin.name), &still, &[0.05])[0];
             // Few pairs are refused.
             assert!(found.pairs as f64 > 0.9 * trials(case.plugin.name) as f64, "{}, {name}", case.name);
-            if name != "these counted as independent" {
-                assert_rate(found, 0.05, &format!("{}, {name}", case.name));
-            }
+            assert_rate(found, 0.05, &format!("{}, {name}", case.name));
         }
     }
 }
@@ -51,9 +54,9 @@ fn what_is_common_hides_less() {
     let still = Twist::from(Vector6::zeros());
     let case = &cases(5)[0];
     let kinds = case.kinds(&*solver);
-    let (_, independent) = kinds.iter().find(|(name, _)| *name == "these counted as independent").unwrap();
-    let found = &independent.found(800, &still, &[0.05])[0];
-    assert!(found.rate() < 0.04, "{found:?}");
+    let (_, independent) = kinds.iter().find(|(name, _)| *name == INDEPENDENT).unwrap();
+    let found = &independent.found(600, &still, &[0.05])[0];
+    assert!(found.rate() < 0.035, "{found:?}");
 }
 
 /// Chance that a squared distance of mean three standard deviations is beyond the level of 5 %: noncentral chi-square,
@@ -99,16 +102,27 @@ fn measured(
         sum - linear.sensitivity(index) * (problem.contact(frame, index).residual / SIGMA)
     });
     let turned = Frame { rotation: frame.rotation.inverse(), ..*frame };
-    let along = Twist { translation: turned.rotation * step.fixed_rows::<3>(0), rotation: turned.rotation * step.fixed_rows::<3>(3) };
+    let along = Twist {
+        translation: turned.rotation * step.fixed_rows::<3>(0),
+        rotation: turned.rotation * step.fixed_rows::<3>(3),
+    };
     (touches, frame.moved(&along))
 }
 
-fn explained(fixture: &dyn Fixture, moved: impl Fn(usize) -> Twist, whole: &Twist, seed: u64) -> Vec<Explanation> {
-    // Five touches on every surface: each shows all of its own motions.
+fn explained(
+    fixture: &dyn Fixture,
+    moved: impl Fn(usize) -> Twist,
+    whole: &Twist,
+    seed: u64,
+) -> Vec<Explanation> {
+    // Two rings of four on every surface: each shows all of its own motions.
     let layout: Layout = (0..fixture.surfaces().len())
         .flat_map(|surface| {
-            let places = [(0.05, 0.1), (0.3, 0.9), (0.55, 0.2), (0.8, 0.8), (0.4, 0.5), (0.9, 0.3)];
-            places.map(|(u, v)| (surface, fixture.surfaces()[surface].point_at(u, v)))
+            let ring = |v: f64| {
+                [0.0, 0.25, 0.5, 0.75]
+                    .map(|u| (surface, fixture.surfaces()[surface].point_at(u + 0.1 * v, v)))
+            };
+            ring(0.1).into_iter().chain(ring(0.9))
         })
         .collect();
     let frame = Frame::from_quaternion_xyzw(Point3::new(100.0, -50.0, 20.0), [0.1, 0.5, -0.3, 0.8]).unwrap();
@@ -140,9 +154,9 @@ fn what_has_moved_is_named() {
             assert_eq!(told, [Hypothesis::Fixture], "{}", case.name);
         }
         for surface in 0..fixture.surfaces().len() {
+            // A tilt about Y changes the angle between any two surfaces of which it moves one.
             let normal = fixture.surfaces()[surface].seen_from(&Point3::new(1.0, 2.0, 3.0)).normal;
-            let across = normal.cross(&Vector3::new(0.3, 0.5, 0.8)).normalize();
-            let own = Twist { translation: normal * 0.06 + across * 0.06, rotation: across * 2e-3 };
+            let own = Twist { translation: normal * 0.06, rotation: Vector3::y() * 3e-3 };
             let moved = |of: usize| if of == surface { own } else { none };
             let told = explaining(&explained(&*fixture, moved, &none, 20 + surface as u64));
             assert_eq!(told, [Hypothesis::Surface(surface)], "{}", case.name);

@@ -8,7 +8,9 @@
 //!
 //! [`Comparison`] tells whether there was a motion; [`explain`], whether all of the fixture made it or one surface.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, MatrixXx6, Point3, Rotation3, Vector3, Vector6};
+use nalgebra::{
+    DMatrix, DVector, Matrix3, Matrix3x6, Matrix6, MatrixXx6, Point3, Rotation3, Vector3, Vector6,
+};
 use thiserror::Error;
 use touchref_core::{
     Fixture, Frame, Freedom, RANK_TOLERANCE, Twist, Unknown,
@@ -296,7 +298,9 @@ impl Comparison {
         }
         // As seen in units of the model, the stated covariance is the unit matrix.
         let along_fixture = Frame { rotation: linear.frame().rotation.inverse(), ..*linear.frame() };
-        let seen = |covariance: &Matrix6<f64>| transformed(&self.selection(), &along_fixture.to_parent_axes(covariance));
+        let seen = |covariance: &Matrix6<f64>| {
+            transformed(&self.selection(), &along_fixture.to_parent_axes(covariance))
+        };
         let root = seen(&located.covariance()).cholesky()?.l();
         let half = root.solve_lower_triangular(&seen(stated))?;
         let ratio = root.solve_lower_triangular(&half.transpose())?;
@@ -347,7 +351,8 @@ impl Comparison {
     pub fn change(&self, baseline: &Located, later: &Located) -> Result<Change, DriftError> {
         let both = alike(&[baseline.clone(), later.clone()]);
         let (before, after) = (&both[0], &both[1]);
-        let Difference { motion, by_frames: [by_before, by_after] } = self.difference(&before.frame, &after.frame);
+        let Difference { motion, by_frames: [by_before, by_after] } =
+            self.difference(&before.frame, &after.frame);
         let mut covariance = transformed(&by_before, &before.own) + transformed(&by_after, &after.own);
         for (first, second) in before.common.iter().zip(&after.common) {
             let effect = &by_before * first + &by_after * second;
@@ -400,7 +405,8 @@ impl Comparison {
             }
         }
         let covariance = &own + &common * common.transpose();
-        let each = DMatrix::from_fn(seen * count, seen, |row, column| f64::from(u8::from(row % seen == column)));
+        let each =
+            DMatrix::from_fn(seen * count, seen, |row, column| f64::from(u8::from(row % seen == column)));
         let weighted = solved(&covariance, &each)?;
         let weights = solved(&(each.transpose() * &weighted), &weighted.transpose())?;
         let mean = &weights * &motions;
@@ -421,7 +427,6 @@ impl Comparison {
         };
         Ok(Baseline { located, agreement: Some(agreement) })
     }
-
 }
 
 /// A twist along a fixture's axes, along those of its parent.
@@ -444,11 +449,7 @@ fn alike(frames: &[Located]) -> Vec<Located> {
             Some(_) => located.rescaled(pooled),
             None => located.clone(),
         };
-        if one_list {
-            located
-        } else {
-            Located { own: located.covariance(), common: Vec::new(), ..located }
-        }
+        if one_list { located } else { Located { own: located.covariance(), common: Vec::new(), ..located } }
     };
     frames.iter().map(as_pooled).collect()
 }
@@ -580,7 +581,9 @@ mod tests {
             ..Located::independent(frame, covariance(0.4), None)
         };
         let of = |first: &Located, second: &Located| ALL.change(first, second).unwrap().covariance;
-        let near = |a: Matrix6<f64>, b: Matrix6<f64>| assert!((a - b).abs().max() < 1e-14 * a.abs().max(), "{a} {b}");
+        let near = |a: Matrix6<f64>, b: Matrix6<f64>| {
+            assert!((a - b).abs().max() < 1e-14 * a.abs().max(), "{a} {b}")
+        };
         let twice = 2.0 * covariance(0.4);
         near(of(&with(&[effect]), &with(&[effect])), twice);
         near(of(&with(&[effect]), &with(&[3.0 * effect])), twice + 4.0 * effect * effect.transpose());
@@ -607,7 +610,9 @@ mod tests {
         // Second order in an error of 1e-5: first order of what it is multiplied with.
         const SECOND_ORDER: f64 = 1e-4;
         assert!((frame.error_to(&located.frame) - mean).norm() < SECOND_ORDER * mean.norm());
-        assert!((located.own - information.try_inverse().unwrap()).norm() < SECOND_ORDER * located.own.norm());
+        assert!(
+            (located.own - information.try_inverse().unwrap()).norm() < SECOND_ORDER * located.own.norm()
+        );
         let agreement = agreement.unwrap();
         let change = ALL.change(&pair[0], &pair[1]).unwrap();
         assert_eq!(agreement.degrees_of_freedom, 6);

@@ -122,7 +122,10 @@ mod tests {
         // An estimate of very many is as good as known.
         let known = chi_square_level(1e-3, 6) / 6.0;
         assert!((f_level(1e-3, 6, 10_000_000) / known - 1.0).abs() < 1e-5);
-        assert_eq!((f_p_value(0.0, 6, 1), f_p_value(1.0, 6, 0), f_p_value(f64::NAN, 6, 1)), (Some(1.0), None, None));
+        assert_eq!(
+            (f_p_value(0.0, 6, 1), f_p_value(1.0, 6, 0), f_p_value(f64::NAN, 6, 1)),
+            (Some(1.0), None, None)
+        );
     }
 
     #[test]

@@ -108,7 +108,10 @@ impl History {
     /// `unwritable`, or `invalid-input` for a file that is no store, or of a newer version.
     pub fn append_to(path: &Path) -> Result<Self, InputError> {
         let history = Self::connect(path, OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_CREATE)?;
-        history.connection.pragma_update(None, "synchronous", "EXTRA").map_err(|error| history.error(&error))?;
+        history
+            .connection
+            .pragma_update(None, "synchronous", "EXTRA")
+            .map_err(|error| history.error(&error))?;
         history.prepared().map_err(|error| history.error(&error))?;
         history.check()?;
         Ok(history)
@@ -155,8 +158,8 @@ impl History {
     }
 
     fn check(&self) -> Result<(), InputError> {
-        let [application, version] =
-            ["application_id", "user_version"].map(|pragma| self.number(pragma).map_err(|error| self.error(&error)));
+        let [application, version] = ["application_id", "user_version"]
+            .map(|pragma| self.number(pragma).map_err(|error| self.error(&error)));
         let (application, version) = (application?, version?);
         if application != APPLICATION {
             let message = format!("{} is an SQLite database, but no history of touchref", self.file);
@@ -193,7 +196,15 @@ impl History {
             "INSERT INTO result (name, measurement, fixture, status, units, x, y, z, json)
              VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)",
             params![
-                entry.name, entry.measurement, entry.fixture, entry.status, entry.units, x, y, z, entry.json
+                entry.name,
+                entry.measurement,
+                entry.fixture,
+                entry.status,
+                entry.units,
+                x,
+                y,
+                z,
+                entry.json
             ],
         )?;
         let number = transaction.last_insert_rowid();
@@ -290,17 +301,21 @@ fn told(file: &str, error: &rusqlite::Error) -> InputError {
             format!("{file} is in use by another process, for {} seconds now", PATIENCE.as_secs()),
             "try again when that has ended",
         ),
-        Some(ErrorCode::DiskFull) => {
-            ("unwritable", format!("no space is left for {file}"), "nothing was recorded: make room, and try again")
-        }
+        Some(ErrorCode::DiskFull) => (
+            "unwritable",
+            format!("no space is left for {file}"),
+            "nothing was recorded: make room, and try again",
+        ),
         Some(ErrorCode::ReadOnly | ErrorCode::PermissionDenied) => (
             "unwritable",
             format!("cannot write {file}: {error}"),
             "check the permissions of the file and of its folder",
         ),
-        Some(ErrorCode::CannotOpen) => {
-            ("unreadable", format!("cannot open {file}: {error}"), "check the path, the folder and its permissions")
-        }
+        Some(ErrorCode::CannotOpen) => (
+            "unreadable",
+            format!("cannot open {file}: {error}"),
+            "check the path, the folder and its permissions",
+        ),
         _ => ("unreadable", format!("{file}: {error}"), "check the file and its folder"),
     };
     InputError::new(code, message).with_file(file).with_help(help)
@@ -357,7 +372,10 @@ mod tests {
         assert_eq!(of(Selection { fixture: Some("cylinder-plane".to_owned()), ..any.clone() }), [0; 0]);
         assert_eq!(of(Selection { number: Some(3), ..any.clone() }), [3]);
         let at = |time: &str| Some(time.to_owned());
-        assert_eq!(of(Selection { since: at("2020-01-01"), until: at("9999-01-01T00:00"), ..any.clone() }), [1, 2, 3, 4]);
+        assert_eq!(
+            of(Selection { since: at("2020-01-01"), until: at("9999-01-01T00:00"), ..any.clone() }),
+            [1, 2, 3, 4]
+        );
         assert_eq!(of(Selection { until: at("2020-01-01"), ..any.clone() }), [0; 0]);
         assert_eq!(of(Selection { since: at(&all[2].time), ..any.clone() }).last(), Some(&4));
         for wrong in ["2020", "yesterday", "2020-13-01", "now", ""] {
@@ -379,7 +397,9 @@ mod tests {
         Connection::open(&foreign).unwrap().execute_batch("CREATE TABLE t (a)").unwrap();
         assert!(message(&foreign).iter().all(|text| text.contains("no history of touchref")));
         assert!(message(&folder.path().join("no/folder.db")).iter().all(|text| text.contains("cannot open")));
-        assert!(History::open(&folder.path().join("none.db")).unwrap_err().to_string().contains("cannot open"));
+        assert!(
+            History::open(&folder.path().join("none.db")).unwrap_err().to_string().contains("cannot open")
+        );
         drop(History::append_to(&path).unwrap());
         Connection::open(&path).unwrap().pragma_update(None, "user_version", SCHEMA_VERSION + 1).unwrap();
         assert!(message(&path).iter().all(|text| text.contains("versions up to 1")));
@@ -390,8 +410,7 @@ mod tests {
         let (_folder, path) = store();
         let mut history = History::append_to(&path).unwrap();
         assert_eq!(history.append(&entry("a")).unwrap(), 1);
-        let pages: i64 =
-            history.connection.pragma_query_value(None, "page_count", |row| row.get(0)).unwrap();
+        let pages: i64 = history.connection.pragma_query_value(None, "page_count", |row| row.get(0)).unwrap();
         history.connection.pragma_update(None, "max_page_count", pages).unwrap();
         let long = Entry { json: "x".repeat(100_000), ..entry("b") };
         let error = history.append(&long).unwrap_err();

@@ -23,6 +23,9 @@ const REACH: f64 = 500.0;
 /// Standard deviation of one touch.
 const SIGMA: f64 = 0.005;
 
+/// Errors that are common, not counted as such: for comparison.
+pub const INDEPENDENT: &str = "these counted as independent";
+
 /// Pairs of measurements with the same true sizes and tip, drawn from what is stated of them.
 pub struct Pairs<'a> {
     pub plugin: &'static FixturePlugin,
@@ -57,7 +60,13 @@ pub fn cases(seed: u64) -> Vec<Case> {
     let new = Parameters::new;
     let about = |value: f64| Value::Number { value, u: 0.02 };
     let sides = || new().with("radius", 12.7).with("ab", 100.0).with("bc", 110.0);
-    let case = |name, plugin, exact: Parameters, uncertain: Parameters| Case { name, plugin, uncertain, exact, seed };
+    let case = |name, plugin, exact: Parameters, uncertain: Parameters| Case {
+        name,
+        plugin,
+        uncertain,
+        exact,
+        seed,
+    };
     let (block, bore) = (super::support::v_block(), super::support::bore_with_two_faces());
     vec![
         case(
@@ -66,7 +75,12 @@ pub fn cases(seed: u64) -> Vec<Case> {
             new().with("radius", 20.0),
             new().with("radius", about(20.0)),
         ),
-        case("three-sphere", &three_sphere::PLUGIN, sides().with("ca", 90.0), sides().with("ca", about(90.0))),
+        case(
+            "three-sphere",
+            &three_sphere::PLUGIN,
+            sides().with("ca", 90.0),
+            sides().with("ca", about(90.0)),
+        ),
         case("cube", &cube::PLUGIN, new().with("edge", 50.0), new().with("edge", 50.0)),
         case("V-block", &composite::PLUGIN, block.clone(), block),
         case("bore and two faces, spin free", &composite::PLUGIN, bore.clone(), bore),
@@ -100,7 +114,7 @@ impl Case {
         vec![
             ("all exact but the touches", exact()),
             ("common errors of sizes and tip", Pairs { common: true, ..uncertain() }),
-            ("these counted as independent", uncertain()),
+            (INDEPENDENT, uncertain()),
             ("noise told by the residuals", Pairs { estimated: true, ..exact() }),
         ]
     }
@@ -180,8 +194,7 @@ impl Pairs<'_> {
         frame: &Frame,
         rng: &mut impl Rng,
     ) -> Option<Located> {
-        let contacts: Layout =
-            touchref::analysis::contacts(&**true_fixture, &at(layout), &Frame::identity());
+        let contacts: Layout = touchref::analysis::contacts(&**true_fixture, &at(layout), &Frame::identity());
         let touches = simulate(&**true_fixture, &contacts, frame, true_probe, SIGMA, rng);
         let problem = Problem::new(fixture, &touches, self.probe).unwrap();
         let solution = self.solver.solve(&problem).ok()?;
@@ -218,7 +231,8 @@ impl Pairs<'_> {
         let scaled = Matrix6::from_diagonal(&scale) * covariance * Matrix6::from_diagonal(&scale);
         let eigen = scaled.symmetric_eigen();
         let known = |index: &usize| eigen.eigenvalues[*index] > 1e-12 * eigen.eigenvalues.max();
-        let least = (0..6).filter(known).min_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+        let least =
+            (0..6).filter(known).min_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
         [eigen.eigenvalues.imax(), least.unwrap()].map(|index| {
             let direction = eigen.eigenvectors.column(index) * (deviations * eigen.eigenvalues[index].sqrt());
             Twist::from(Vector6::from(direction.component_div(&scale)))

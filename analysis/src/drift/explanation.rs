@@ -71,8 +71,8 @@ pub fn explain(baseline: &[Seen<'_>], later: &Seen<'_>) -> Result<Option<Vec<Exp
     let Some(richest) = joint.fit(&each, true)? else { return Ok(None) };
     let mut explanations = Vec::new();
     let whole = (Hypothesis::Fixture, touched.clone());
-    for (hypothesis, body) in
-        std::iter::once(whole).chain(touched.iter().map(|surface| (Hypothesis::Surface(*surface), vec![*surface])))
+    for (hypothesis, body) in std::iter::once(whole)
+        .chain(touched.iter().map(|surface| (Hypothesis::Surface(*surface), vec![*surface])))
     {
         let Some(fit) = joint.fit(&[body], hypothesis == Hypothesis::Fixture)? else { return Ok(None) };
         let chi_square = (fit.chi_square - richest.chi_square).max(0.0);
@@ -127,7 +127,9 @@ impl Joint<'_> {
         let mut moved = vec![start; bodies.len()];
         let mut fit: Option<Fit> = None;
         for _ in 0..STEPS {
-            let Some(Step { chi_square, motions, steps }) = self.step(bodies, &moved)? else { return Ok(None) };
+            let Some(Step { chi_square, motions, steps }) = self.step(bodies, &moved)? else {
+                return Ok(None);
+            };
             for (body, step) in moved.iter_mut().zip(&steps) {
                 *body = body.moved(step);
             }

@@ -9,10 +9,14 @@ use std::{
 use nalgebra::{Point3, SMatrix};
 use serde::Serialize;
 use touchref::{
-    Covariance, Fixture, Frame, Motion, Probe, Problem, Registry, SigmaSource, Touch, TouchError, Twist, Unknown,
+    Covariance, Fixture, Frame, Motion, Probe, Problem, Registry, SigmaSource, Touch, TouchError, Twist,
+    Unknown,
     analysis::{
         Estimate, Linear,
-        drift::{self, Baseline, Change, Comparison, DriftError, Explanation, Hypothesis, Located, Scatter, Seen, Significance},
+        drift::{
+            self, Baseline, Change, Comparison, DriftError, Explanation, Hypothesis, Located, Scatter, Seen,
+            Significance,
+        },
     },
     io::{
         FrameRecord, Input, InputError, SolutionRecord,
@@ -245,8 +249,11 @@ impl Args {
             }
         }
         if stores == 0 && !self.selection.is_all() {
-            let message = "--last, --since, --until, --name and --fixture choose from a store, and none is given";
-            return Err(InputError::new("invalid-input", message).with_help("leave them out, or name a store"));
+            let message =
+                "--last, --since, --until, --name and --fixture choose from a store, and none is given";
+            return Err(
+                InputError::new("invalid-input", message).with_help("leave them out, or name a store")
+            );
         }
         Ok(records)
     }
@@ -273,7 +280,11 @@ impl Args {
             moved: first_moved.is_some() || disagrees,
             alpha,
             alpha_of_series: -(later.len() as f64 * (-alpha).ln_1p()).exp_m1(),
-            common: common.iter().flatten().map(|unknown| unknown.stated(fixture, &results[0].probe).name.to_string()).collect(),
+            common: common
+                .iter()
+                .flatten()
+                .map(|unknown| unknown.stated(fixture, &results[0].probe).name.to_string())
+                .collect(),
             baseline: BaselineRecord {
                 results: of_baseline.iter().map(|result| result.name.clone()).collect(),
                 frame: FrameRecord::from(&baseline.frame),
@@ -312,9 +323,8 @@ impl Args {
                 continue;
             }
             let linear = Linear::at(&problem, &result.frame);
-            let apart = linear.and_then(|linear| {
-                comparison.taken_apart(&linear, common, &result.covariance.matrix)
-            });
+            let apart =
+                linear.and_then(|linear| comparison.taken_apart(&linear, common, &result.covariance.matrix));
             match apart {
                 Some(apart) => located.push(apart),
                 None => return Ok((None, independent())),
@@ -368,7 +378,9 @@ fn store(argument: &str) -> Option<(PathBuf, Option<i64>)> {
 fn one_fixture(records: &[(String, Option<String>, SolutionRecord)]) -> Result<(), InputError> {
     let (first_name, _, first) = &records[0];
     let differ = |name: &str, what: String, help: &str| {
-        InputError::new("invalid-input", format!("{first_name} and {name} {what}")).with_key("RESULT").with_help(help)
+        InputError::new("invalid-input", format!("{first_name} and {name} {what}"))
+            .with_key("RESULT")
+            .with_help(help)
     };
     for (name, _, other) in &records[1..] {
         let (a, b) = (&first.fixture, &other.fixture);
@@ -386,7 +398,11 @@ fn one_fixture(records: &[(String, Option<String>, SolutionRecord)]) -> Result<(
                 fixture.parameters.get(key).map_or_else(|| "none".to_owned(), ToString::to_string)
             };
             let what = format!("have different fixtures: {key} is {} and {}", told(a), told(b));
-            return Err(differ(name, what, "compare results of one fixture, located with the same parameters"));
+            return Err(differ(
+                name,
+                what,
+                "compare results of one fixture, located with the same parameters",
+            ));
         }
     }
     Ok(())
@@ -452,12 +468,16 @@ fn warnings(results: &[Dated], not_apart: bool) -> Vec<WarningRecord> {
     if let Some(other) = results.iter().find(|other| other.probe != first.probe) {
         warn(
             "probes-differ",
-            format!("{} and {} state different probes; of the tip nothing is common then", first.name, other.name),
+            format!(
+                "{} and {} state different probes; of the tip nothing is common then",
+                first.name, other.name
+            ),
         );
     }
     let scatter = |result: &Dated| result.independent().estimated;
     if let Some(known) = scatter(first)
-        && let Some(other) = results.iter().find(|other| scatter(other).is_some_and(|own| own.differs_from(known)))
+        && let Some(other) =
+            results.iter().find(|other| scatter(other).is_some_and(|own| own.differs_from(known)))
     {
         let message = format!(
             "the residuals of {} and {} do not show the same noise, which is taken to be one",

@@ -33,7 +33,8 @@ fn verdict(sheet: &mut Sheet, record: &ComparisonRecord) {
     }
     match record.first_moved.and_then(|first| record.comparisons.get(first)) {
         Some(change) => {
-            let words = change.words.as_ref().map_or(String::new(), |words| format!("It is mostly a {words}."));
+            let words =
+                change.words.as_ref().map_or(String::new(), |words| format!("It is mostly a {words}."));
             let told = format!("{}: {}. {words}", change.result, distance(&change.significance));
             sheet.verdict(BAD, "The fixture has moved.", &told);
             if let Some(explained) = explanation(change) {
@@ -159,10 +160,13 @@ fn basis(sheet: &mut Sheet, record: &ComparisonRecord) {
         let law = match degrees_of_freedom_of_noise {
             None => format!("chi-square with {degrees_of_freedom} degrees of freedom"),
             Some(of_noise) => {
-                format!("{degrees_of_freedom} times F with {degrees_of_freedom} and {of_noise} degrees of freedom")
+                format!(
+                    "{degrees_of_freedom} times F with {degrees_of_freedom} and {of_noise} degrees of freedom"
+                )
             }
         };
-        sheet.prose(&format!("if nothing moved the squared distance is {law}; alpha {}", short(record.alpha)));
+        sheet
+            .prose(&format!("if nothing moved the squared distance is {law}; alpha {}", short(record.alpha)));
     }
     if !record.common.is_empty() {
         sheet.prose(&format!("the same error in all results: {}", record.common.join(", ")));

@@ -1,11 +1,6 @@
 //! What a store holds, for people.
 
-use super::{
-    Look,
-    number::fixed,
-    sheet::Sheet,
-    solution::length_decimals,
-};
+use super::{Look, number::fixed, sheet::Sheet, solution::length_decimals};
 use crate::commands::history::{HistoryRecord, ResultRecord};
 
 /// The results, one a line.

@@ -85,7 +85,8 @@ impl FixtureRecord {
     pub fn build(&self, registry: &Registry) -> Result<Box<dyn Fixture>, InputError> {
         let plugin = registry.fixture(&self.kind)?;
         let wrong = |problem: String| {
-            InputError::new("invalid-input", format!("fixture `{}`: {problem}", self.kind)).with_help(EXPECTED)
+            InputError::new("invalid-input", format!("fixture `{}`: {problem}", self.kind))
+                .with_help(EXPECTED)
         };
         let parameters = parameters(&self.parameters).map_err(wrong)?;
         plugin.build(&parameters).map_err(|error| wrong(error.to_string()))

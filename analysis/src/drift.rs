@@ -309,17 +309,17 @@ impl Comparison {
     }
 
     /// How many motions count.
-    fn seen(&self) -> usize {
+    fn seen(self) -> usize {
         6 - self.freedom.count()
     }
 
     /// Rows: the motions that count, of all.
-    fn selection(&self) -> MatrixXx6<f64> {
+    fn selection(self) -> MatrixXx6<f64> {
         let seen: Vec<usize> = (0..6).filter(|index| !self.freedom.is_free(*index)).collect();
         MatrixXx6::from_fn(seen.len(), |row, column| f64::from(u8::from(seen[row] == column)))
     }
 
-    fn difference(&self, from: &Frame, to: &Frame) -> Difference {
+    fn difference(self, from: &Frame, to: &Frame) -> Difference {
         let nearest = self.freedom.nearest(to, from);
         let w = from.error_to(&nearest).fixed_rows::<3>(3).into_owned();
         let to_turn = left_jacobian_inverse(&w);
@@ -461,7 +461,8 @@ fn transformed(by: &MatrixXx6<f64>, covariance: &Matrix6<f64>) -> DMatrix<f64> {
 /// `covariance^-1 right`.
 fn solved(covariance: &DMatrix<f64>, right: &DMatrix<f64>) -> Result<DMatrix<f64>, DriftError> {
     let deviations = covariance.diagonal().map(f64::sqrt);
-    if !deviations.iter().all(|v| v.is_finite() && *v > 0.0) {
+    // With what is no number the decomposition would never settle.
+    if !covariance.iter().all(|v| v.is_finite()) || !deviations.iter().all(|v| *v > 0.0) {
         return Err(DriftError::Singular);
     }
     // Lengths and angles beside each other say nothing of rank; correlations do.
@@ -473,7 +474,7 @@ fn solved(covariance: &DMatrix<f64>, right: &DMatrix<f64>) -> Result<DMatrix<f64
         right.row_mut(index).unscale_mut(*deviation);
     }
     let eigenvalues = correlation.symmetric_eigenvalues();
-    if !(eigenvalues.min() > RANK_TOLERANCE * RANK_TOLERANCE * eigenvalues.max()) {
+    if eigenvalues.min() <= RANK_TOLERANCE * RANK_TOLERANCE * eigenvalues.max() {
         return Err(DriftError::Singular);
     }
     let mut solved = correlation.cholesky().ok_or(DriftError::Singular)?.solve(&right);
@@ -600,6 +601,8 @@ mod tests {
     /// The better known counts for more: against the textbook formula for two.
     #[test]
     fn a_baseline_is_the_mean_weighted_by_what_is_known() {
+        // Second order in an error of 1e-5: first order of what it is multiplied with.
+        const SECOND_ORDER: f64 = 1e-4;
         let [frame, _] = before_and_after();
         let error = Vector6::new(0.1, 0.05, -0.08, 0.004, 0.01, -0.006) * 1e-3;
         let (a, b) = (covariance(0.4) * 1e-6, covariance(0.9) * 1e-6);
@@ -607,8 +610,6 @@ mod tests {
         let Baseline { located, agreement } = ALL.baseline(&pair).unwrap();
         let information = a.try_inverse().unwrap() + b.try_inverse().unwrap();
         let mean = information.try_inverse().unwrap() * b.try_inverse().unwrap() * error;
-        // Second order in an error of 1e-5: first order of what it is multiplied with.
-        const SECOND_ORDER: f64 = 1e-4;
         assert!((frame.error_to(&located.frame) - mean).norm() < SECOND_ORDER * mean.norm());
         assert!(
             (located.own - information.try_inverse().unwrap()).norm() < SECOND_ORDER * located.own.norm()

@@ -185,7 +185,15 @@ pub(crate) struct ExplanationRecord {
     pub(crate) explains: bool,
 }
 
-/// A result, and what it is called.
+/// A result as it was read, and what it is called.
+struct Named {
+    name: String,
+    /// When it was recorded, in a store.
+    time: Option<String>,
+    record: SolutionRecord,
+}
+
+/// A result with a covariance, and what it is called.
 struct Dated {
     name: String,
     time: Option<String>,
@@ -209,7 +217,7 @@ impl Args {
                 .into());
         }
         one_fixture(&records)?;
-        let fixture = records[0].2.fixture.build(registry)?;
+        let fixture = records[0].record.fixture.build(registry)?;
         let results: Vec<Dated> =
             records.into_iter().map(|one| Dated::of(one, &*fixture)).collect::<Result<_, _>>()?;
         let record = self.compared(&*fixture, &results)?;
@@ -222,13 +230,13 @@ impl Args {
     }
 
     /// Every result that is named, with its name and time.
-    fn read(&self) -> Result<Vec<(String, Option<String>, SolutionRecord)>, InputError> {
+    fn read(&self) -> Result<Vec<Named>, InputError> {
         let mut records = Vec::new();
         let mut stores = 0;
         for argument in &self.results {
             let Some((file, number)) = store(argument) else {
                 let record = SolutionRecord::read(&Input::from(PathBuf::from(argument)))?;
-                records.push((argument.clone(), None, record));
+                records.push(Named { name: argument.clone(), time: None, record });
                 continue;
             };
             stores += 1;
@@ -245,7 +253,7 @@ impl Args {
             for recorded in frames {
                 let name = format!("{}#{}", file.display(), recorded.number);
                 let record = SolutionRecord::from_text(&name, &recorded.entry.json)?;
-                records.push((name, Some(recorded.time), record));
+                records.push(Named { name, time: Some(recorded.time), record });
             }
         }
         if stores == 0 && !self.selection.is_all() {
@@ -260,15 +268,16 @@ impl Args {
 
     fn compared(&self, fixture: &dyn Fixture, results: &[Dated]) -> Result<ComparisonRecord, Failure> {
         let comparison = Comparison::of(fixture);
-        let (common, located) = self.located(fixture, &comparison, results)?;
+        let (common, located) = self.located(fixture, comparison, results)?;
         let (of_baseline, later) = results.split_at(self.baseline.get());
         let (before, after) = located.split_at(self.baseline.get());
         let alpha = if self.series { alpha_of_each(self.alpha, later.len()) } else { self.alpha };
-        let Baseline { located: baseline, agreement } = comparison.baseline(before).map_err(failure)?;
+        let Baseline { located: baseline, agreement } =
+            comparison.baseline(before).map_err(|error| singular(&error))?;
         let agreement = agreement.map(|agreement| SignificanceRecord::new(agreement, alpha));
         let mut comparisons = Vec::new();
         for (result, located) in later.iter().zip(after) {
-            let change = comparison.change(&baseline, located).map_err(failure)?;
+            let change = comparison.change(&baseline, located).map_err(|error| singular(&error))?;
             comparisons.push(self.change(fixture, of_baseline, result, &change, alpha)?);
         }
         let first_moved = comparisons.iter().position(|change| change.significance.exceeded);
@@ -302,7 +311,7 @@ impl Args {
     fn located(
         &self,
         fixture: &dyn Fixture,
-        comparison: &Comparison,
+        comparison: Comparison,
         results: &[Dated],
     ) -> Result<(Option<Vec<Unknown>>, Vec<Located>), InputError> {
         let tip = |result: &Dated| (result.probe.tip_radius, result.probe.tip_radius_u);
@@ -375,14 +384,14 @@ fn store(argument: &str) -> Option<(PathBuf, Option<i64>)> {
 }
 
 /// Refuses results of different fixtures or in different units.
-fn one_fixture(records: &[(String, Option<String>, SolutionRecord)]) -> Result<(), InputError> {
-    let (first_name, _, first) = &records[0];
+fn one_fixture(records: &[Named]) -> Result<(), InputError> {
+    let Named { name: first_name, record: first, .. } = &records[0];
     let differ = |name: &str, what: String, help: &str| {
         InputError::new("invalid-input", format!("{first_name} and {name} {what}"))
             .with_key("RESULT")
             .with_help(help)
     };
-    for (name, _, other) in &records[1..] {
+    for Named { name, record: other, .. } in &records[1..] {
         let (a, b) = (&first.fixture, &other.fixture);
         if a.kind != b.kind {
             let what = format!("are of different fixtures: {} and {}", a.kind, b.kind);
@@ -409,10 +418,7 @@ fn one_fixture(records: &[(String, Option<String>, SolutionRecord)]) -> Result<(
 }
 
 impl Dated {
-    fn of(
-        (name, time, record): (String, Option<String>, SolutionRecord),
-        fixture: &dyn Fixture,
-    ) -> Result<Self, InputError> {
+    fn of(Named { name, time, record }: Named, fixture: &dyn Fixture) -> Result<Self, InputError> {
         let covariance = record.covariance.as_ref().map(Covariance::from).ok_or_else(|| {
             let message = format!("{name} has no covariance, so that no significance can be told");
             InputError::new("invalid-input", message)
@@ -423,7 +429,7 @@ impl Dated {
         let touches = record.used_touches(fixture).map_err(InputError::from)?;
         let frame = record.located_frame().unwrap_or_else(Frame::identity);
         let probe = record.probe.into();
-        Ok(Self { name, time, frame, probe, covariance, touches, record })
+        Ok(Self { name, time, record, frame, probe, covariance, touches })
     }
 
     /// The frame, all of its uncertainty its own.
@@ -497,7 +503,7 @@ fn warnings(results: &[Dated], not_apart: bool) -> Vec<WarningRecord> {
     warnings
 }
 
-fn failure(error: DriftError) -> Failure {
+fn singular(error: &DriftError) -> Failure {
     InputError::new("invalid-input", error.to_string())
         .with_help("locate again with touches that see every motion")
         .into()

@@ -31,24 +31,20 @@ fn verdict(sheet: &mut Sheet, record: &ComparisonRecord) {
         sheet.verdict(BAD, "The baseline has moved:", &told);
         return;
     }
-    match record.first_moved.and_then(|first| record.comparisons.get(first)) {
-        Some(change) => {
-            let words =
-                change.words.as_ref().map_or(String::new(), |words| format!("It is mostly a {words}."));
-            let told = format!("{}: {}. {words}", change.result, distance(&change.significance));
-            sheet.verdict(BAD, "The fixture has moved.", &told);
-            if let Some(explained) = explanation(change) {
-                sheet.prose(&explained);
-            }
+    if let Some(change) = record.first_moved.and_then(|first| record.comparisons.get(first)) {
+        let words = change.words.as_ref().map_or(String::new(), |words| format!("It is mostly a {words}."));
+        let told = format!("{}: {}. {words}", change.result, distance(&change.significance));
+        sheet.verdict(BAD, "The fixture has moved.", &told);
+        if let Some(explained) = explanation(change) {
+            sheet.prose(&explained);
         }
-        None => {
-            let told = match record.comparisons.as_slice() {
-                [change] => format!("{}.", distance(&change.significance)),
-                changes => format!("None of {} results is beyond its limit.", changes.len()),
-            };
-            sheet.verdict(GOOD, "Nothing has moved.", &told);
-        }
+        return;
     }
+    let told = match record.comparisons.as_slice() {
+        [change] => format!("{}.", distance(&change.significance)),
+        changes => format!("None of {} results is beyond its limit.", changes.len()),
+    };
+    sheet.verdict(GOOD, "Nothing has moved.", &told);
 }
 
 /// The distance beside its limit.

@@ -93,17 +93,17 @@ impl FixtureRecord {
     }
 }
 
-/// The inverse of what is written; the problem with what nothing is written as.
+/// The inverse of what is written; what is written by nothing is told.
 fn parameters(table: &serde_json::Map<String, serde_json::Value>) -> Result<Parameters, String> {
     table.iter().try_fold(Parameters::new(), |parameters, (name, json)| {
-        let value = value(json).ok_or_else(|| format!("parameter `{name}` is {json}"))??;
+        let value = value(json).ok_or_else(|| format!("parameter `{name}` is {json}"))?;
         Ok(parameters.with(name, value))
     })
 }
 
-fn value(json: &serde_json::Value) -> Option<Result<Value, String>> {
+fn value(json: &serde_json::Value) -> Option<Value> {
     use serde_json::Value as Json;
-    Some(Ok(match json {
+    Some(match json {
         Json::Number(number) => Value::Number { value: number.as_f64()?, u: 0.0 },
         Json::Object(table) => {
             Value::Number { value: table.get("value")?.as_f64()?, u: table.get("u")?.as_f64()? }
@@ -112,11 +112,8 @@ fn value(json: &serde_json::Value) -> Option<Result<Value, String>> {
         Json::Bool(flag) => Value::Flag(*flag),
         Json::Array(list) => match list.first() {
             Some(Json::Object(_)) => {
-                let tables = list.iter().map(|table| table.as_object().map(parameters));
-                match tables.collect::<Option<Result<_, _>>>()? {
-                    Ok(tables) => Value::Tables(tables),
-                    Err(problem) => return Some(Err(problem)),
-                }
+                let tables = list.iter().map(|table| parameters(table.as_object()?).ok());
+                Value::Tables(tables.collect::<Option<_>>()?)
             }
             Some(Json::String(_)) => {
                 let words = list.iter().map(|word| word.as_str().map(str::to_owned));
@@ -125,7 +122,7 @@ fn value(json: &serde_json::Value) -> Option<Result<Value, String>> {
             _ => Value::Numbers(list.iter().map(Json::as_f64).collect::<Option<_>>()?),
         },
         Json::Null => return None,
-    }))
+    })
 }
 
 impl From<ProbeRecord> for Probe {

@@ -583,7 +583,7 @@ mod tests {
         };
         let of = |first: &Located, second: &Located| ALL.change(first, second).unwrap().covariance;
         let near = |a: Matrix6<f64>, b: Matrix6<f64>| {
-            assert!((a - b).abs().max() < 1e-14 * a.abs().max(), "{a} {b}")
+            assert!((a - b).abs().max() < 1e-14 * a.abs().max(), "{a} {b}");
         };
         let twice = 2.0 * covariance(0.4);
         near(of(&with(&[effect]), &with(&[effect])), twice);

@@ -4,7 +4,9 @@
 pub mod conformance;
 pub mod drift;
 pub mod estimate;
+pub mod gauge;
 pub mod linear;
+pub mod propagation;
 pub mod reference;
 pub mod reliability;
 pub mod simulation;

@@ -11,7 +11,7 @@
 use nalgebra::Vector6;
 use statrs::distribution::{ContinuousCDF, Normal};
 use thiserror::Error;
-use touchref_core::{Frame, Problem};
+use touchref_core::{Frame, Problem, statistics::normal_quantile};
 
 use crate::linear::{Linear, Observation};
 
@@ -54,13 +54,13 @@ impl Test {
     /// A test value beyond this, of either sign, calls an observation bad.
     #[must_use]
     pub fn critical_value(&self) -> f64 {
-        Normal::standard().inverse_cdf(1.0 - 0.5 * self.alpha)
+        normal_quantile(1.0 - 0.5 * self.alpha)
     }
 
     /// The mean test value of an observation whose error is noticed with the wanted power: `delta_0`.
     #[must_use]
     pub fn noncentrality(&self) -> f64 {
-        self.critical_value() + Normal::standard().inverse_cdf(self.power)
+        self.critical_value() + normal_quantile(self.power)
     }
 }
 

@@ -1,4 +1,5 @@
-//! How sure a frame is where it is used, and where that comes from: to first order.
+//! How sure a frame is where it is used, and where that comes from: to first order, and by [draws](Draws) of all that is
+//! uncertain.
 //!
 //! Touches err by their own noise; tip radius and sizes of the fixture err in all touches at once. Both are errors of
 //! [observations](crate::linear) that are independent of each other, so variances add up: what each source contributes is
@@ -7,11 +8,13 @@
 //! Where no sigma is stated the residuals tell it, with few degrees of freedom: the coverage factor is then that of
 //! Student's distribution (GUM G.3). All variances are in proportion to it, so that this is exact.
 
-use nalgebra::{Matrix3, Matrix3x6, Matrix6, Point3, Vector3};
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
-use thiserror::Error;
-use touchref_core::{Frame, Problem, Unknown};
+mod draws;
 
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, Point3, Vector3};
+use thiserror::Error;
+use touchref_core::{Frame, Problem, Unknown, statistics::student_quantile};
+
+pub use self::draws::{Draws, Estimator};
 use crate::linear::{Linear, Observation, lever};
 
 /// Why no uncertainty can be stated.
@@ -123,10 +126,17 @@ impl Uncertainty {
         self.degrees_of_freedom
     }
 
+    /// Standard deviation of a touch as the residuals tell it, where no sigma is stated; else 1.
+    #[must_use]
+    pub fn sigma_of_residuals(&self) -> f64 {
+        self.variance.sqrt()
+    }
+
     /// By which a standard uncertainty is multiplied for an interval that covers with this probability, in `(0, 1)`.
     #[must_use]
     pub fn coverage_factor(&self, probability: f64) -> f64 {
-        coverage_factor(probability, self.degrees_of_freedom)
+        let degrees = self.degrees_of_freedom.map_or(f64::INFINITY, |degrees| degrees as f64);
+        student_quantile(0.5 + 0.5 * probability, degrees)
     }
 
     /// Uncertainty of the place of a point that moves with the fixture, in fixture coordinates.
@@ -182,18 +192,6 @@ fn turn() -> Matrix3x6<f64> {
     let mut turn = Matrix3x6::zeros();
     turn.fixed_columns_mut::<3>(3).copy_from(&Matrix3::identity());
     turn
-}
-
-/// By which a standard uncertainty of so many degrees of freedom (`None`: exactly known) is multiplied for an interval
-/// that covers with this probability, in `(0, 1)`: a quantile of Student's distribution, or of the normal one.
-#[must_use]
-pub fn coverage_factor(probability: f64, degrees_of_freedom: Option<usize>) -> f64 {
-    let quantile = 0.5 + 0.5 * probability;
-    let student = degrees_of_freedom.map(|degrees| StudentsT::new(0.0, 1.0, degrees as f64));
-    match student {
-        Some(student) => student.map_or(f64::NAN, |student| student.inverse_cdf(quantile)),
-        None => Normal::standard().inverse_cdf(quantile),
-    }
 }
 
 impl Source {

@@ -9,5 +9,7 @@ pub(crate) mod history;
 pub(crate) mod list;
 pub(crate) mod locate;
 pub(crate) mod man;
+pub(crate) mod reliability;
 pub(crate) mod simulate;
 pub(crate) mod study;
+pub(crate) mod uncertainty;

@@ -7,9 +7,11 @@ mod failure;
 mod history;
 mod number;
 mod plugins;
+mod reliability;
 mod sheet;
 mod solution;
 mod study;
+mod uncertainty;
 
 pub(crate) use calibration::calibration;
 pub(crate) use comparison::comparison;
@@ -17,8 +19,10 @@ pub(crate) use element::element;
 pub(crate) use failure::failure;
 pub(crate) use history::history;
 pub(crate) use plugins::{description, listing};
+pub(crate) use reliability::reliability;
 pub(crate) use solution::solution;
 pub(crate) use study::study;
+pub(crate) use uncertainty::uncertainty;
 
 /// How text may look where it is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

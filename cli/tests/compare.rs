@@ -118,6 +118,29 @@ fn a_common_tip_hides_no_motion() {
     assert_eq!(result["warnings"][0]["code"], "common-errors");
 }
 
+/// A bore whose spin no touch sees: five motions count, and the surfaces are read back from the result.
+#[test]
+fn a_composite_that_leaves_its_spin_free() {
+    let folder = Folder::new().with("m.toml", example("bore-and-faces.toml"));
+    let located = |args: &[&str], name: &str| {
+        let (status, result) = folder.json(&[&["locate"], args].concat(), b"");
+        assert_eq!(status, 0, "{result}");
+        rewritten(&folder, name, &result);
+    };
+    located(&["m.toml"], "a.json");
+    let turned = "--frame=-75.0,310.0,120.0,0.3,0.1,0.2,0.9";
+    fs::write(
+        folder.0.path().join("t.csv"),
+        folder.run(&["simulate", "m.toml", turned, "--seed", "3"], b"").stdout,
+    )
+    .unwrap();
+    located(&["m.toml", "--touches", "t.csv"], "b.json");
+    let (status, result) = folder.json(&["compare", "a.json", "b.json"], b"");
+    let change = &result["comparisons"][0];
+    assert_eq!((status, &change["degrees_of_freedom"]), (0, &json!(5)), "{result}");
+    assert_eq!(result["common"], json!(["bore.radius"]), "{result}");
+}
+
 #[test]
 fn noise_that_residuals_tell_makes_an_f_ratio() {
     let folder = Folder::new().with("m.toml", example("three-sphere.toml").replace("sigma = ", "# sigma = "));

@@ -25,11 +25,15 @@ use touchref::{
     },
 };
 
-use super::history::{self, SelectionArgs};
+use super::{
+    history::{self, SelectionArgs},
+    reliability::chance,
+};
 use crate::{
     args::Format,
     failure::Failure,
     output::Output,
+    points::PointArgs,
     text::{self, Look},
 };
 
@@ -58,25 +62,11 @@ pub(crate) struct Args {
     /// Count nothing as common to the results: other tips, or other fixtures of one drawing
     #[arg(long)]
     independent: bool,
-    /// Also tell how far this point has moved, in fixture coordinates; may be repeated
-    #[arg(long = "at", value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
-    points: Vec<Point3<f64>>,
+    #[command(flatten)]
+    points: PointArgs,
     /// Form of the result
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-}
-
-fn chance(text: &str) -> Result<f64, String> {
-    let right = |alpha: &f64| *alpha > 0.0 && *alpha < 1.0;
-    text.parse().ok().filter(right).ok_or_else(|| "expected a chance between 0 and 1".to_owned())
-}
-
-fn point(text: &str) -> Result<Point3<f64>, String> {
-    let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
-    match numbers.as_deref() {
-        Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok(Point3::new(x, y, z)),
-        _ => Err("expected three numbers X,Y,Z".to_owned()),
-    }
 }
 
 /// The JSON of `compare`.
@@ -365,7 +355,7 @@ impl Args {
             words: told.then(|| Motion::of_fixture(fixture, &change.from, &change.screw(alpha)).to_string()),
             shift: change.shift().into(),
             turn_deg: Uncertain { value: turn.value.to_degrees(), u: turn.u.to_degrees() },
-            points: self.points.iter().map(|point| PointRecord::new(point, change)).collect(),
+            points: self.points.points().iter().map(|point| PointRecord::new(point, change)).collect(),
             explanations: explanations
                 .map(|all| all.iter().map(|one| ExplanationRecord::new(one, fixture, alpha)).collect()),
             significance,

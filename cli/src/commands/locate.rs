@@ -8,7 +8,6 @@ use touchref::{
         InputError, SolutionRecord, dialect,
         dialect::Dialect,
         history::{self, Entry, History},
-        read_frame,
         solution::WarningRecord,
     },
 };
@@ -17,7 +16,7 @@ use crate::{
     args::Format,
     failure::Failure,
     output::{Output, json, note},
-    setup::{MeasurementArgs, Setup, SolverArgs},
+    setup::{MeasurementArgs, NearArgs, Setup, SolverArgs},
     text::{self, Look},
 };
 
@@ -35,9 +34,8 @@ pub(crate) struct Args {
     measurement: MeasurementArgs,
     #[command(flatten)]
     solver: SolverArgs,
-    /// Frame near which the answer is expected: x,y,z,qx,qy,qz,qw or a result file
-    #[arg(long, value_name = "FRAME", allow_hyphen_values = true)]
-    near: Option<String>,
+    #[command(flatten)]
+    near: NearArgs,
     /// Also print the frame in the words of a machine; may be repeated
     #[arg(long = "dialect", value_name = "NAME")]
     dialects: Vec<String>,
@@ -58,8 +56,7 @@ impl Args {
             self.dialects.iter().map(|name| dialect::find(name).map_err(|error| error.with_key("dialect")));
         let dialects = dialects.collect::<Result<Vec<_>, InputError>>()?;
         let solver = self.solver.build(registry, &TRUST)?;
-        let near =
-            self.near.as_deref().map(read_frame).transpose().map_err(|error| error.with_key("near"))?;
+        let near = self.near.frame()?;
         // A store that cannot be written is better known before the work than after it.
         let store = self.record.as_deref().map(History::append_to).transpose();
         let mut store = store.map_err(|error| error.with_key("record"))?;

@@ -98,7 +98,8 @@ fn motion(sheet: &mut Sheet, record: &ComparisonRecord, change: &ChangeRecord) {
         row("turn (deg)".to_owned(), turn, Some(change.turn_deg), degrees),
         row(format!("  {plus_minus} standard"), turn_u, None, degrees),
     ];
-    for point in &change.points {
+    // The origin is told already.
+    for point in change.points.iter().filter(|point| point.at != [0.0; 3]) {
         let name = format!("({}) ({units})", point.at.map(short).join(", "));
         rows.push(row(name, point.moved, Some(point.distance), digits));
     }

@@ -99,7 +99,7 @@ fn motion(sheet: &mut Sheet, record: &ComparisonRecord, change: &ChangeRecord) {
         row(format!("  {plus_minus} standard"), turn_u, None, degrees),
     ];
     // The origin is told already.
-    for point in change.points.iter().filter(|point| point.at != [0.0; 3]) {
+    for point in change.points.iter().filter(|point| point.at.iter().any(|v| *v != 0.0)) {
         let name = format!("({}) ({units})", point.at.map(short).join(", "));
         rows.push(row(name, point.moved, Some(point.distance), digits));
     }

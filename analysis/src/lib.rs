@@ -3,6 +3,7 @@
 //! published examples that gauge it.
 
 pub mod conformance;
+pub mod drift;
 pub mod estimate;
 pub mod gauge;
 pub mod linear;

@@ -30,6 +30,8 @@ pub(crate) enum Command {
     Element(commands::element::Args),
     Calibrate(commands::calibrate::Args),
     Gauge(commands::gauge::Args),
+    Compare(commands::compare::Args),
+    History(commands::history::Args),
     Completions(commands::completions::Args),
     Man(commands::man::Args),
 }
@@ -48,6 +50,8 @@ impl Command {
             Self::Element(args) => args.run(),
             Self::Calibrate(args) => args.run(registry),
             Self::Gauge(args) => args.run(),
+            Self::Compare(args) => args.run(registry),
+            Self::History(args) => args.run(),
             Self::Completions(args) => Ok(args.run()),
             Self::Man(args) => args.run(),
         }

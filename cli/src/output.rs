@@ -101,7 +101,7 @@ pub(crate) fn progress(steps: u64) -> ProgressBar {
 }
 
 /// Writes to standard error; there is nobody left to tell when that fails.
-fn note(text: &str) {
+pub(crate) fn note(text: &str) {
     let _ = AutoStream::auto(io::stderr().lock()).write_all(text.as_bytes());
 }
 

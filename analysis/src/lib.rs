@@ -4,11 +4,13 @@
 pub mod conformance;
 pub mod estimate;
 pub mod linear;
+pub mod planning;
 pub mod reference;
 pub mod simulation;
 pub mod study;
 
 pub use estimate::{Estimate, Share};
 pub use linear::{Linear, Observation};
+pub use planning::{Plan, PlanError, Planner};
 pub use simulation::{Layout, contacts, random_frame, random_layout, simulate};
 pub use study::{Study, StudyError, StudyLayout, StudyOutcome};

@@ -6,7 +6,7 @@
 mod support;
 
 use touchref::{
-    Fixture, Frame, Parameters, Probe, Problem, Solution, Touch, Unknown, Value,
+    Fixture, Frame, Probe, Problem, Solution, Touch, Unknown,
     analysis::{
         Linear, Observation,
         simulation::{generator, random_frame, random_layout, simulate},
@@ -18,22 +18,6 @@ const SIGMA: f64 = 0.01;
 const ERROR: f64 = 1e-2;
 /// Part of the largest sensitivity: residuals of 1e-3 of the radii bend distances by as much.
 const TOLERANCE: f64 = 5e-3;
-
-fn uncertain(kind: &str) -> Parameters {
-    let known = |value, u| Value::Number { value, u };
-    match kind {
-        "cylinder-plane" => {
-            Parameters::new().with("radius", known(20.0, 0.02)).with("angle_deg", known(45.0, 0.05))
-        }
-        "three-sphere" => Parameters::new()
-            .with("ab", known(100.0, 0.01))
-            .with("bc", known(110.0, 0.02))
-            .with("ca", 90.0)
-            .with("radius", known(12.7, 0.005)),
-        "cube" => Parameters::new().with("edge", known(50.0, 0.03)),
-        _ => support::settings(kind).remove(0),
-    }
-}
 
 fn solved(fixture: &dyn Fixture, touches: &[Touch], probe: Probe, near: &Frame) -> Solution {
     let problem = Problem::new(fixture, touches, probe).unwrap().near(*near);
@@ -49,7 +33,7 @@ fn sensitivities_are_those_of_the_solver() {
         ("composite", &[4, 3, 2]),
     ];
     for (kind, counts) in cases {
-        let parameters = uncertain(kind);
+        let parameters = support::uncertain(kind);
         let fixture = support::fixture(kind, &parameters);
         let mut rng = generator(404, 0);
         let layout = random_layout(&*fixture, counts, &mut rng);

@@ -58,19 +58,14 @@ impl Linear {
             sigmas.push(contact.sigma);
         }
         for (column, (_, u)) in uncertain.iter().enumerate() {
-            jacobian[(touches + column, column)] = 1.0 / u;
+            // What is stated less what it is: an error adds to it, as it does to the distance of a touch.
+            jacobian[(touches + column, column)] = -1.0 / u;
             sigmas.push(*u);
         }
         let Projection { solution, redundancy } = Projection::of(jacobian)?;
         let mut along_fixture = Matrix6xX::zeros(count);
         for (row, motion) in motions.iter().enumerate() {
-            along_fixture.set_row(*motion, &solution.row(sizes + row));
-        }
-        // An error lengthens the distance of a touch, but a size that is stated too large shortens what is left of it.
-        for (column, mut sensitivity) in along_fixture.column_iter_mut().enumerate() {
-            if column < touches {
-                sensitivity.neg_mut();
-            }
+            along_fixture.set_row(*motion, &-solution.row(sizes + row));
         }
         let touched = (0..touches).map(Observation::Touch);
         Some(Self {
@@ -126,7 +121,7 @@ impl Linear {
     }
 
     /// Residual of each observation at the minimum, in its standard deviations: positive where the touch lies outside its
-    /// surface.
+    /// surface, or where more is stated than is estimated.
     #[must_use]
     pub fn residuals(&self) -> &DVector<f64> {
         &self.residuals

@@ -19,6 +19,7 @@ use touchref_core::{Fixture, Frame, Probe, Problem, SolveError, Solver, Touch, T
 use crate::{
     linear::{Linear, lever},
     simulation::{Layout, generator},
+    uncertainty::Spread,
 };
 
 mod next;
@@ -164,7 +165,7 @@ impl Plan {
 pub fn worst_case(covariance: &Matrix6<f64>, frame: &Frame, points: &[Point3<f64>]) -> Vec<f64> {
     let at = |point: &Point3<f64>| {
         let lever = lever(frame, point);
-        (lever * covariance * lever.transpose()).symmetric_eigenvalues().max().max(0.0).sqrt()
+        Spread(lever * covariance * lever.transpose()).worst().0
     };
     points.iter().map(at).collect()
 }

@@ -80,13 +80,17 @@ pub(crate) fn reading(
     let seen = fixture.surfaces()[planned.surface].seen_from(&planned.at);
     let tip = planned.at + seen.normal * (tip_radius - seen.distance);
     let touch = turned(planned, frame.to_parent(&tip), &frame.rotation);
+    Touch { at: touch.at + noise(&touch, sigma, rng), ..touch }
+}
+
+/// An error of a touch, in the parent: of its own noise, or else of that of `sigma` along each axis.
+pub(crate) fn noise(touch: &Touch, sigma: f64, rng: &mut impl Rng) -> Vector3<f64> {
     let standard = Vector3::from(std::array::from_fn::<f64, 3, _>(|_| rng.sample(StandardNormal)));
-    let noise = match &touch.noise {
+    match &touch.noise {
         Noise::OfProbe => standard * sigma,
         Noise::Sigma(own) => standard * *own,
         Noise::Covariance(own) => square_root(own) * standard,
-    };
-    Touch { at: touch.at + noise, ..touch }
+    }
 }
 
 /// The touch in other axes, which `rotation` leads to: its approach and covariance turned, its place `at`.

@@ -327,13 +327,13 @@ impl Study<'_> {
 }
 
 /// A true value that is known as `value` with the standard uncertainty `u`.
-fn drawn_from(value: f64, u: f64, rng: &mut impl Rng) -> f64 {
+pub(crate) fn drawn_from(value: f64, u: f64, rng: &mut impl Rng) -> f64 {
     // What is exact takes no number from the generator.
     if u > 0.0 { value + u * rng.sample::<f64, _>(StandardNormal) } else { value }
 }
 
 /// Parameters as they truly are: each uncertain number drawn, those in tables, too.
-fn drawn_parameters(known: &Parameters, rng: &mut impl Rng) -> Parameters {
+pub(crate) fn drawn_parameters(known: &Parameters, rng: &mut impl Rng) -> Parameters {
     known.iter().fold(Parameters::new(), |drawn, (name, value)| match value {
         Value::Number { value, u } if *u > 0.0 => drawn.with(name, drawn_from(*value, *u, rng)),
         Value::Tables(tables) => {

@@ -5,7 +5,7 @@ use std::{cell::OnceCell, path::PathBuf};
 use touchref::{
     Fixture, Frame, Parameters, Problem, Registry, Solution, SolveError, Solver, SolverPlugin, Warning,
     io::{
-        Input, InputError, Measurement, TouchRecord, TouchSource, Touches, Units, parameter,
+        Input, InputError, Measurement, TouchRecord, TouchSource, Touches, Units, parameter, read_frame,
         solution::Context,
     },
     solvers::{
@@ -43,6 +43,21 @@ pub(crate) struct MeasurementArgs {
     /// Standard deviation of one touch along the normal
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     sigma: Option<f64>,
+}
+
+/// Where the frame is expected.
+#[derive(Debug, clap::Args)]
+pub(crate) struct NearArgs {
+    /// Frame near which the answer is expected: x,y,z,qx,qy,qz,qw or a result file
+    #[arg(long, value_name = "FRAME", allow_hyphen_values = true)]
+    near: Option<String>,
+}
+
+impl NearArgs {
+    /// The frame, if one is given.
+    pub(crate) fn frame(&self) -> Result<Option<Frame>, InputError> {
+        self.near.as_deref().map(read_frame).transpose().map_err(|error| error.with_key("near"))
+    }
 }
 
 /// Which solver is taken.
@@ -233,7 +248,12 @@ impl Setup {
 
 /// No sigma where noise is to be simulated.
 pub(crate) fn no_sigma() -> InputError {
-    InputError::new("missing-key", "no sigma is stated, so there is no noise to simulate")
+    missing_sigma("no sigma is stated, so there is no noise to simulate".to_owned())
+}
+
+/// No sigma where one is needed.
+pub(crate) fn missing_sigma(message: String) -> InputError {
+    InputError::new("missing-key", message)
         .with_key("probe.sigma")
         .with_help("give --sigma S, or `sigma` under [probe]")
 }

@@ -5,6 +5,7 @@ mod element;
 mod failure;
 mod number;
 mod plugins;
+mod reliability;
 mod sheet;
 mod solution;
 mod study;
@@ -13,6 +14,7 @@ pub(crate) use calibration::calibration;
 pub(crate) use element::element;
 pub(crate) use failure::failure;
 pub(crate) use plugins::{description, listing};
+pub(crate) use reliability::reliability;
 pub(crate) use solution::solution;
 pub(crate) use study::study;
 

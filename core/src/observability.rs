@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use nalgebra::{DMatrix, Matrix6, Point3, Vector3, Vector6};
+use nalgebra::{DMatrix, Matrix3, Matrix6, Point3, Vector3, Vector6};
 
 use crate::{Fixture, Frame, Freedom, Problem, Shape, Twist};
 
@@ -120,6 +120,36 @@ impl fmt::Display for Motion {
                 write!(f, "rotation of `{surface}` about {line}, which {which}")
             }
         }
+    }
+}
+
+/// A direction of the parent in words: the axis of a surface, the normal of a plane, or the axis of fixture or parent that
+/// lies nearest, and how far off that is: "the axis of `cylinder`", "12 degrees off the fixture's Z axis".
+#[must_use]
+pub fn direction_in_words(fixture: &dyn Fixture, frame: &Frame, direction: &Vector3<f64>) -> String {
+    /// A direction this near to a named one (radians) is that.
+    const NEAR: f64 = 0.02;
+    const AXES: [&str; 3] = ["X", "Y", "Z"];
+    let of_surfaces = fixture.surfaces().iter().filter_map(|surface| {
+        let (direction, which) = match (&surface.shape, surface.axis()) {
+            (Shape::Plane { normal, .. }, _) => (*normal, "normal"),
+            (_, axis) => (axis?.1, "axis"),
+        };
+        Some((frame.rotation * direction.into_inner(), format!("the {which} of `{}`", surface.name)))
+    });
+    let of_frames = [(frame.rotation.into_inner(), "fixture"), (Matrix3::identity(), "parent")];
+    let of_frames = of_frames.into_iter().flat_map(|(axes, whose)| {
+        let named = AXES.into_iter().enumerate();
+        named.map(move |(k, name)| (axes.column(k).into_owned(), format!("the {whose}'s {name} axis")))
+    });
+    let off = |axis: &Vector3<f64>| axis.cross(direction).norm().atan2(axis.dot(direction).abs());
+    let named = of_surfaces.chain(of_frames).map(|(axis, name)| (off(&axis), name));
+    // Of two that are as near, the first: surfaces tell most.
+    let nearest = named.reduce(|best, next| if next.0 < best.0 - NEAR { next } else { best });
+    match nearest {
+        Some((angle, name)) if angle < NEAR => name,
+        Some((angle, name)) => format!("{:.0} degrees off {name}", angle.to_degrees()),
+        None => "no direction".to_owned(),
     }
 }
 
@@ -252,6 +282,55 @@ pub fn weakest_motion(r: &Matrix6<f64>, size: f64, freedom: Freedom) -> (Vector6
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{Dimension, Parameters, Requirement, Surface};
+
+    /// A plane whose normal is Z, and nothing else.
+    #[derive(Debug)]
+    struct Plate(Parameters, [Surface; 1], Requirement);
+
+    impl Fixture for Plate {
+        fn kind(&self) -> &'static str {
+            "plate"
+        }
+        fn parameters(&self) -> &Parameters {
+            &self.0
+        }
+        fn surfaces(&self) -> &[Surface] {
+            &self.1
+        }
+        fn requirement(&self) -> &Requirement {
+            &self.2
+        }
+        fn size(&self) -> f64 {
+            1.0
+        }
+        fn dimensions(&self) -> &[Dimension] {
+            &[]
+        }
+        fn nominal_layout(&self) -> Vec<(usize, Point3<f64>)> {
+            Vec::new()
+        }
+    }
+
+    #[test]
+    fn directions_have_the_name_of_what_is_nearest() {
+        let shape = Shape::Plane { point: Point3::origin(), normal: Vector3::z_axis() };
+        let surface = Surface::new("top", shape, crate::Extent::Disc { radius: 1.0 });
+        let plate = Plate(Parameters::new(), [surface], Requirement::counts(&[3]));
+        // The fixture's X, Y, Z are the parent's Y, Z, X.
+        let axes = nalgebra::Matrix3::new(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0);
+        let rotation = nalgebra::Rotation3::from_matrix_unchecked(axes);
+        let frame = Frame { rotation, origin: Point3::new(1.0, 2.0, 3.0) };
+        let table = [
+            ([1.0, 0.0, 0.0], "the normal of `top`"),
+            ([-1.0, 0.01, 0.0], "the normal of `top`"),
+            ([0.0, 2.0, 0.0], "the fixture's X axis"),
+            ([1.0, 0.18, 0.0], "10 degrees off the normal of `top`"),
+        ];
+        for (direction, expected) in table {
+            assert_eq!(direction_in_words(&plate, &frame, &direction.into()), expected);
+        }
+    }
 
     /// Coordinates whose squares overflow must not keep anyone waiting.
     #[test]

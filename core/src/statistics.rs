@@ -1,8 +1,8 @@
-//! The chi-square distribution: p-values and levels.
+//! The chi-square distribution: p-values and levels. Quantiles of the normal distribution and of Student's.
 
 use std::sync::OnceLock;
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF, Normal, StudentsT};
 
 /// Chi-square levels of one chance, kept for the degrees of freedom that touches have: a solve asks for them often.
 #[derive(Debug)]
@@ -60,7 +60,7 @@ pub fn chi_square_level(level: f64, degrees_of_freedom: usize) -> f64 {
     for _ in 0..60 {
         // Newton on log(sf): the tail is nearly exponential, so this converges from either side.
         let tail = distribution.sf(x);
-        let density = statrs::distribution::Continuous::pdf(&distribution, x);
+        let density = distribution.pdf(x);
         let step = (tail / level).ln() * tail / density;
         let next = if x + step > 0.0 { x + step } else { 0.5 * x };
         let settled = (next - x).abs() <= 1e-12 * x;
@@ -70,6 +70,46 @@ pub fn chi_square_level(level: f64, degrees_of_freedom: usize) -> f64 {
         }
     }
     x
+}
+
+/// The value that a standard normal variable stays below with this probability; NaN unless that lies in (0, 1).
+#[must_use]
+pub fn normal_quantile(probability: f64) -> f64 {
+    student_quantile(probability, f64::INFINITY)
+}
+
+/// The value that a Student variable with `degrees_of_freedom` (above 0; infinity is the normal distribution) stays
+/// below with this probability; NaN for arguments that have no such value. Relative error below 1e-9.
+#[must_use]
+pub fn student_quantile(probability: f64, degrees_of_freedom: f64) -> f64 {
+    if !(probability > 0.0 && probability < 1.0 && degrees_of_freedom > 0.0) {
+        return f64::NAN;
+    }
+    // Upper tails lose digits that lower tails keep, and the distribution is symmetric.
+    if probability > 0.5 {
+        return -student_quantile(1.0 - probability, degrees_of_freedom);
+    }
+    let start = Normal::standard().inverse_cdf(probability);
+    if degrees_of_freedom.is_infinite() {
+        return polished(&Normal::standard(), probability, start);
+    }
+    let Ok(distribution) = StudentsT::new(0.0, 1.0, degrees_of_freedom) else { return f64::NAN };
+    polished(&distribution, probability, distribution.inverse_cdf(probability))
+}
+
+/// A quantile in the lower tail from a start near it: Newton on the logarithm of the distribution function.
+fn polished(
+    distribution: &(impl ContinuousCDF<f64, f64> + Continuous<f64, f64>),
+    probability: f64,
+    start: f64,
+) -> f64 {
+    /// The start has half the digits at least, and each step doubles them.
+    const STEPS: usize = 3;
+    (0..STEPS).fold(start, |x, _| {
+        let tail = distribution.cdf(x);
+        let step = (tail / probability).ln() * tail / distribution.pdf(x);
+        if step.is_finite() { x - step } else { x }
+    })
 }
 
 #[cfg(test)]
@@ -95,6 +135,37 @@ mod tests {
             assert!((got - expected).abs() < 1e-3, "level {level}, {nu}: {got}, expected {expected}");
             let back = chi_square_p_value(got, nu).unwrap();
             assert!((back / level - 1.0).abs() < 1e-9, "{back}");
+        }
+    }
+
+    #[test]
+    fn quantiles_of_students_distribution() {
+        // mpmath 1.3, 30 digits: the root of the regularised incomplete beta function.
+        let table = [
+            (0.975, 1.0, 12.706_204_736_174_705),
+            (0.975, 2.0, 4.302_652_729_749_464),
+            (0.995, 16.0, 2.920_781_622_425_1),
+            (0.975, 9.0, 2.262_157_162_798_205),
+            (0.9, 3.5, 1.576_576_605_139_645_1),
+            (0.977_25, 50.0, 2.051_250_781_882_188_2),
+            (0.975, f64::INFINITY, 1.959_963_984_540_054_2),
+            (1e-9, f64::INFINITY, -5.997_807_015_007_686_9),
+        ];
+        for (probability, degrees, expected) in table {
+            let got = student_quantile(probability, degrees);
+            assert!(
+                (got / expected - 1.0).abs() < 1e-9,
+                "{probability}, {degrees}: {got}, expected {expected}"
+            );
+            // It is symmetric, as far as doubles tell 1 - p.
+            let mirrored = student_quantile(1.0 - probability, degrees);
+            assert!((got + mirrored).abs() < 1e-7 * got.abs(), "{probability}, {degrees}: {mirrored}");
+        }
+        // Student's is wider, and becomes the normal one.
+        assert!((student_quantile(0.99, 1e9) / normal_quantile(0.99) - 1.0).abs() < 1e-8);
+        assert!(normal_quantile(0.5).abs() < 1e-15);
+        for (probability, degrees) in [(0.0, 3.0), (1.0, 3.0), (f64::NAN, 3.0), (0.5, 0.0), (0.5, f64::NAN)] {
+            assert!(student_quantile(probability, degrees).is_nan());
         }
     }
 }

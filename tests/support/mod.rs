@@ -6,7 +6,7 @@
 pub mod certify;
 pub mod companion;
 
-use touchref::{Fixture, Parameters, Solver, conformance::Claim};
+use touchref::{Fixture, Parameters, Solver, Value, conformance::Claim};
 
 /// A built-in fixture, by name, through the registry.
 pub fn fixture(kind: &str, parameters: &Parameters) -> Box<dyn Fixture> {
@@ -41,6 +41,23 @@ pub fn settings(kind: &str) -> Vec<Parameters> {
         "cube" => vec![new().with("edge", 50.0)],
         "composite" => vec![v_block()],
         _ => vec![new()],
+    }
+}
+
+/// Parameters whose sizes are uncertain, by their standard uncertainties.
+pub fn uncertain(kind: &str) -> Parameters {
+    let known = |value, u| Value::Number { value, u };
+    match kind {
+        "cylinder-plane" => {
+            Parameters::new().with("radius", known(20.0, 0.02)).with("angle_deg", known(45.0, 0.05))
+        }
+        "three-sphere" => Parameters::new()
+            .with("ab", known(100.0, 0.01))
+            .with("bc", known(110.0, 0.02))
+            .with("ca", 90.0)
+            .with("radius", known(12.7, 0.005)),
+        "cube" => Parameters::new().with("edge", known(50.0, 0.03)),
+        _ => settings(kind).remove(0),
     }
 }
 

@@ -4,14 +4,14 @@ use std::io;
 
 use touchref::{
     Registry,
-    io::{InputError, SolutionRecord, dialect, read_frame, solution::WarningRecord},
+    io::{InputError, SolutionRecord, dialect, solution::WarningRecord},
 };
 
 use crate::{
     args::Format,
     failure::Failure,
     output::Output,
-    setup::{MeasurementArgs, SolverArgs},
+    setup::{MeasurementArgs, NearArgs, SolverArgs},
     text::{self, Look},
 };
 
@@ -28,9 +28,8 @@ pub(crate) struct Args {
     measurement: MeasurementArgs,
     #[command(flatten)]
     solver: SolverArgs,
-    /// Frame near which the answer is expected: x,y,z,qx,qy,qz,qw or a result file
-    #[arg(long, value_name = "FRAME", allow_hyphen_values = true)]
-    near: Option<String>,
+    #[command(flatten)]
+    near: NearArgs,
     /// Also print the frame in the words of a machine; may be repeated
     #[arg(long = "dialect", value_name = "NAME")]
     dialects: Vec<String>,
@@ -45,8 +44,7 @@ impl Args {
             self.dialects.iter().map(|name| dialect::find(name).map_err(|error| error.with_key("dialect")));
         let dialects = dialects.collect::<Result<Vec<_>, InputError>>()?;
         let solver = self.solver.build(registry, &TRUST)?;
-        let near =
-            self.near.as_deref().map(read_frame).transpose().map_err(|error| error.with_key("near"))?;
+        let near = self.near.frame()?;
         let setup = self.measurement.load(registry)?;
         let solution = setup.solve(&*solver, near)?;
 

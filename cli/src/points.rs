@@ -1,0 +1,27 @@
+//! Where a frame is used: points that move with the fixture.
+
+use nalgebra::Point3;
+
+/// Points of use, from the arguments.
+#[derive(Debug, clap::Args)]
+pub(crate) struct PointArgs {
+    /// A point where the frame is used, in fixture coordinates; may be repeated [default: the fixture's origin]
+    #[arg(long = "at", value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
+    points: Vec<Point3<f64>>,
+}
+
+impl PointArgs {
+    /// The points.
+    pub(crate) fn points(&self) -> Vec<Point3<f64>> {
+        if self.points.is_empty() { vec![Point3::origin()] } else { self.points.clone() }
+    }
+}
+
+fn point(text: &str) -> Result<Point3<f64>, String> {
+    let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
+    let numbers = numbers.collect::<Result<Vec<f64>, _>>().ok().filter(|n| n.iter().all(|v| v.is_finite()));
+    match numbers.as_deref() {
+        Some(&[x, y, z]) => Ok(Point3::new(x, y, z)),
+        _ => Err("expected three finite numbers, as 100,0,-25.5".to_owned()),
+    }
+}

@@ -1,0 +1,202 @@
+//! Uncertainties told to first order, against the scatter of simulated measurements.
+//!
+//! Figures are measured on a few thousand measurements.
+//! `TRIALS=100000 cargo test --release --test uncertainty -- --nocapture` measures them on more.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // A test may panic, and tells its figures.
+
+mod support;
+
+use nalgebra::{Matrix3, Point3, Vector3};
+use rayon::prelude::*;
+use touchref::{
+    Fixture, Frame, Probe, Problem, Touch, Unknown,
+    analysis::{
+        Study, StudyLayout, Uncertainty, UncertaintyError,
+        simulation::{Layout, generator, random_frame, random_layout, simulate},
+        uncertainty::{Source, coverage_factor},
+    },
+    registry,
+    solvers::refinement::refine,
+};
+
+/// Standard deviation of a touch: 1e-4 of the sizes, so that second-order terms are as small a part.
+const SIGMA: f64 = 0.005;
+const PROBE: Probe = Probe { tip_radius: 1.5, tip_radius_u: 0.004, sigma: Some(SIGMA) };
+/// Standard deviations of what is measured that a figure may be off: one figure of a million is.
+const MOST_OFF: f64 = 5.0;
+
+fn trials(few: u64) -> u64 {
+    std::env::var("TRIALS").ok().and_then(|text| text.parse().ok()).unwrap_or(few)
+}
+
+fn refined(problem: &Problem<'_>, start: &Frame) -> Frame {
+    refine(problem, start).unwrap().unknowns.frame
+}
+
+/// Places at which frames are used: on the fixture, and half a metre away.
+fn points() -> [Point3<f64>; 3] {
+    [Point3::origin(), Point3::new(500.0, 0.0, 0.0), Point3::new(-100.0, 300.0, 200.0)]
+}
+
+/// Touches of one noise, tip and sizes that are common to all: predicted and simulated standard deviation at points of use.
+#[test]
+fn points_scatter_as_predicted() {
+    let registry = registry().unwrap();
+    let trials = trials(4000);
+    for kind in ["cylinder-plane", "three-sphere", "cube", "composite"] {
+        let plugin = registry.fixture(kind).unwrap();
+        let fixture = plugin.build(&support::uncertain(kind)).unwrap();
+        let solver = support::solver("least-squares");
+        let layout = StudyLayout::Fixed(fixture.nominal_layout());
+        let study = Study {
+            fixture: &*fixture,
+            plugin: &plugin,
+            solver: &*solver,
+            layout,
+            probe: PROBE,
+            reach: 100.0,
+            seed: 31,
+            trials,
+        };
+        let predicted = {
+            let (touches, truth) = study.measurement(0).unwrap();
+            let problem = Problem::new(&*fixture, &touches, PROBE).unwrap();
+            let uncertainty = Uncertainty::of(&problem, &refined(&problem, &truth)).unwrap();
+            // Every trial has its own frame: compare along the fixture's axes.
+            let turn = uncertainty.frame().rotation.inverse();
+            points().map(|point| turn * uncertainty.of_point(&point).0 * turn.inverse())
+        };
+        let errors = |trial| {
+            let (touches, truth) = study.measurement(trial).unwrap();
+            let problem = Problem::new(&*fixture, &touches, PROBE).unwrap();
+            let found = refined(&problem, &truth);
+            points()
+                .map(|point| truth.rotation.inverse() * (found.to_parent(&point) - truth.to_parent(&point)))
+        };
+        let errors: Vec<[Vector3<f64>; 3]> = (0..trials).into_par_iter().map(errors).collect();
+        for (k, covariance) in predicted.iter().enumerate() {
+            let squares: Matrix3<f64> = errors.iter().map(|of| of[k] * of[k].transpose()).sum();
+            let seen = squares / trials as f64;
+            let worst = covariance
+                .symmetric_eigen()
+                .eigenvectors
+                .column(covariance.symmetric_eigen().eigenvalues.imax())
+                .into_owned();
+            for direction in [Vector3::x(), Vector3::y(), Vector3::z(), worst] {
+                let [of_seen, of_predicted] =
+                    [seen, *covariance].map(|c| direction.dot(&(c * direction)).sqrt());
+                let ratio = of_predicted / of_seen;
+                println!(
+                    "{kind}, {:?} along {:.2?}: predicted {of_predicted:.6}, ratio {ratio:.4}",
+                    points()[k],
+                    direction.as_slice()
+                );
+                let allowed = MOST_OFF / (2.0 * trials as f64).sqrt();
+                assert!((ratio - 1.0).abs() < allowed.max(0.01), "{kind} {k}: {ratio}");
+                // At full size within one percent.
+                assert!(trials < 100_000 || (ratio - 1.0).abs() < 0.01, "{kind} {k}: {ratio}");
+            }
+        }
+    }
+}
+
+/// A sigma from the residuals: Student's factor makes intervals cover as stated, however few degrees of freedom.
+#[test]
+fn expanded_uncertainties_cover_as_stated() {
+    let fixture = support::cylinder_plane(20.0, 45.0);
+    let probe = Probe { sigma: None, tip_radius_u: 0.0, ..PROBE };
+    let trials = trials(5000);
+    for (degrees, counts) in [(1, [4, 3]), (2, [5, 3]), (5, [7, 4]), (20, [14, 12])] {
+        let layout = random_layout(&*fixture, &counts, &mut generator(77, degrees));
+        let covered = |trial: u64| {
+            let mut rng = generator(78 + degrees, trial);
+            let truth = random_frame(100.0, &mut rng);
+            let touches = simulate(&*fixture, &layout, &truth, &probe, SIGMA, &mut rng);
+            let problem = Problem::new(&*fixture, &touches, probe).unwrap();
+            let found = refined(&problem, &truth);
+            let uncertainty = Uncertainty::of(&problem, &found).unwrap();
+            assert_eq!(uncertainty.degrees_of_freedom(), usize::try_from(degrees).ok());
+            let factor = uncertainty.coverage_factor(0.95);
+            let point = points()[1];
+            // Along the fixture's X axis, and along the worst direction: that is the layout's, not the noise's.
+            let spread = uncertainty.of_point(&point);
+            let error = found.to_parent(&point) - truth.to_parent(&point);
+            [found.rotation * Vector3::x(), spread.worst().1]
+                .map(|direction| error.dot(&direction).abs() <= factor * spread.along(&direction))
+        };
+        let all: Vec<[bool; 2]> = (0..trials).into_par_iter().map(covered).collect();
+        for k in 0..2 {
+            let share = all.iter().filter(|of| of[k]).count() as f64 / trials as f64;
+            println!("{degrees} degrees of freedom: {share:.4} covered");
+            let allowed = (MOST_OFF * (0.05 * 0.95 / trials as f64).sqrt()).max(0.005);
+            assert!((share - 0.95).abs() < allowed, "{degrees}: {share}");
+        }
+    }
+}
+
+/// Quantiles of Student's and of the normal distribution as GUM, table G.2, prints them.
+#[test]
+fn coverage_factors_are_those_of_printed_tables() {
+    let table = [
+        (0.95, Some(1), 12.71),
+        (0.95, Some(2), 4.30),
+        (0.95, Some(5), 2.57),
+        (0.95, Some(20), 2.09),
+        (0.99, Some(10), 3.17),
+        (0.6827, Some(3), 1.20),
+        (0.95, None, 1.960),
+        (0.9973, None, 3.000),
+    ];
+    for (probability, degrees, printed) in table {
+        let factor = coverage_factor(probability, degrees);
+        assert!((factor - printed).abs() <= 0.005, "{probability}, {degrees:?}: {factor}");
+    }
+}
+
+#[test]
+fn a_budget_adds_up_and_names_what_matters() {
+    for kind in ["cylinder-plane", "three-sphere", "cube", "composite"] {
+        let fixture = support::fixture(kind, &support::uncertain(kind));
+        let truth = random_frame(100.0, &mut generator(5, 5));
+        let touches = exact(&*fixture, &fixture.nominal_layout(), &truth);
+        let problem = Problem::new(&*fixture, &touches, PROBE).unwrap();
+        let uncertainty = Uncertainty::of(&problem, &truth).unwrap();
+        for point in points() {
+            let whole = uncertainty.of_point(&point).0;
+            let budget = uncertainty.budget_of_point(&point);
+            let sum: Matrix3<f64> = budget.iter().map(|part| part.spread.0).sum();
+            assert!((sum - whole).abs().max() < 1e-12 * whole.abs().max(), "{kind}");
+            assert!(budget.iter().any(|part| part.source == Source::Stated(Unknown::TipRadius)));
+        }
+        let sum: Matrix3<f64> = uncertainty.budget_of_turn().iter().map(|part| part.spread.0).sum();
+        assert!((sum - uncertainty.of_turn().0).abs().max() < 1e-12 * sum.abs().max(), "{kind}");
+    }
+    // A cube touched on three faces stands off by the tip's error along each: nothing averages that.
+    let fixture = support::fixture("cube", &support::settings("cube")[0]);
+    let touches = exact(&*fixture, &fixture.nominal_layout(), &Frame::identity());
+    let problem = Problem::new(&*fixture, &touches, PROBE).unwrap();
+    let uncertainty = Uncertainty::of(&problem, &Frame::identity()).unwrap();
+    let budget = uncertainty.budget_of_point(&Point3::new(-25.0, -25.0, -25.0));
+    let tip = budget.iter().find(|part| part.source == Source::Stated(Unknown::TipRadius)).unwrap();
+    for u in tip.spread.along_axes() {
+        assert!((u - PROBE.tip_radius_u).abs() < 1e-12, "{u}");
+    }
+}
+
+/// Touches without noise.
+fn exact(fixture: &dyn Fixture, layout: &Layout, frame: &Frame) -> Vec<Touch> {
+    simulate(fixture, layout, frame, &PROBE, 0.0, &mut generator(0, 0))
+}
+
+#[test]
+fn without_sigma_and_redundancy_there_is_none() {
+    let fixture = support::fixture("cube", &support::settings("cube")[0]);
+    let probe = Probe { sigma: None, ..PROBE };
+    let six: Layout = random_layout(&*fixture, &[3, 0, 2, 0, 1, 0], &mut generator(9, 9));
+    let touches = exact(&*fixture, &six, &Frame::identity());
+    let problem = Problem::new(&*fixture, &touches, probe).unwrap();
+    assert_eq!(Uncertainty::of(&problem, &Frame::identity()), Err(UncertaintyError::NoSigma));
+    let five = Problem::new(&*fixture, &touches[..5], PROBE).unwrap();
+    assert_eq!(Uncertainty::of(&five, &Frame::identity()), Err(UncertaintyError::Degenerate));
+}

@@ -30,7 +30,7 @@ pub use next::{Effect, Next};
 pub use reach::{Cone, Reach};
 
 use reach::Site;
-use search::{Counts, Design, Scene};
+use search::{Checks, Counts, Design, Scene};
 
 /// The redundancy number below which an error of a touch is as good as unseen: a test at power 80 % would not notice one
 /// of 13 standard deviations.
@@ -39,6 +39,10 @@ pub const LEAST_REDUNDANCY: f64 = 0.1;
 const STARTS: usize = 12;
 /// Layouts of equal score (parts of it) are one, turned or mirrored.
 const SAME: f64 = 1e-6;
+/// What redundancy numbers are asked for beyond the least, so that a layout which almost has them counts, and the weights
+/// with which the search asks: loose, to come near without being caught, and tight.
+const CHECK_MARGIN: f64 = 0.005;
+const CHECK_WEIGHTS: [f64; 2] = [100.0, 10_000.0];
 /// Random layouts with which a plan is compared; an odd number has a median.
 const RANDOM_LAYOUTS: u64 = 201;
 /// Draws for one touch of a random layout that a cone may refuse.
@@ -276,19 +280,18 @@ impl Planner<'_> {
     /// The best of the searches from these counts that is sound.
     fn best(&self, scene: Scene<'_>, starts: &[Vec<usize>], counts: &Counts<'_>) -> Result<Plan, PlanError> {
         let touches: usize = starts[0].iter().sum();
-        let free = optima(&scene, starts, counts, &[]);
-        if free.is_empty() {
+        let drawn = starts.par_iter().enumerate().filter_map(|(number, counts)| scene.start(counts, number as u64));
+        let naive = self.naive(&starts[0]).and_then(|layout| scene.near(&layout));
+        let mut designs = optima(&scene, drawn.chain(naive).collect(), counts);
+        if designs.is_empty() {
             return Err(PlanError::NoLayout);
         }
         // Redundancy numbers add up to the touches less the unknowns at most.
         let spare = touches as f64 - scene.problem.unknowns() as f64;
         let asked = self.least_redundancy > 0.0;
-        let mut designs = free;
         let mut possible = asked && self.least_redundancy * touches as f64 <= spare;
-        let scene = scene.with_least_redundancy(self.least_redundancy);
         if possible {
-            let mut checked = optima(&scene, starts, counts, &designs);
-            checked.retain(|design| design.score.shortfall == 0.0);
+            let checked = self.checked(scene, &designs, counts);
             possible = !checked.is_empty();
             if possible {
                 designs = checked;
@@ -296,10 +299,14 @@ impl Planner<'_> {
         }
         let mut refusal = None;
         let mut tried = 0;
-        let optimal = designs.into_iter().map(|design| contacts_of(&design));
-        let counts_of_best = starts[0].clone();
-        let others = std::iter::once_with(|| self.second_choices(&scene, &counts_of_best, possible)).flatten();
-        for layout in optimal.chain(others) {
+        let optimal = designs.iter().map(contacts_of);
+        // What is drawn touches as the best of the optima does.
+        let counts_of = |layout: &Layout| {
+            let on = |surface| layout.iter().filter(|(of, _)| *of == surface).count();
+            (0..self.reach.surfaces().len()).map(on).collect::<Vec<usize>>()
+        };
+        let others = std::iter::once_with(|| self.second_choices(&counts_of(&contacts_of(&designs[0])), possible));
+        for layout in optimal.chain(others.flatten()) {
             match self.judged(layout, possible || !asked) {
                 Ok(plan) => return Ok(plan),
                 Err(PlanError::NoSoundLayout { refusal: why, .. }) => {
@@ -312,13 +319,35 @@ impl Planner<'_> {
         refusal.map_or(Err(PlanError::NoLayout), |refusal| Err(PlanError::NoSoundLayout { tried, refusal }))
     }
 
-    /// Layouts to take where no optimum is sound, best first: the naive one and random ones.
-    fn second_choices(&self, scene: &Scene<'_>, counts: &[usize], checked: bool) -> Vec<Layout> {
-        let drawn = (0..RANDOM_LAYOUTS).filter_map(|number| scene.start(counts, RANDOM_LAYOUTS + number));
-        let mut drawn: Vec<Design> = drawn.filter(|design| !checked || design.score.shortfall == 0.0).collect();
-        drawn.sort_by(|a, b| a.score.value.total_cmp(&b.score.value));
-        drawn.truncate(SECOND_CHOICES);
-        self.naive(counts).into_iter().chain(drawn.iter().map(contacts_of)).collect()
+    /// Designs in which the others check every touch as far as asked, from the best where nothing is asked; none where
+    /// the search finds none.
+    fn checked(&self, scene: Scene<'_>, free: &[Design], counts: &Counts<'_>) -> Vec<Design> {
+        let least = self.least_redundancy + CHECK_MARGIN;
+        let [loose, tight] = CHECK_WEIGHTS.map(|weight| Checks { least, weight });
+        let scene = scene.with_checks(loose);
+        let again = |scene: &Scene<'_>, designs: &[Design]| -> Vec<Design> {
+            designs.iter().filter_map(|design| scene.design(design.sites.clone())).collect()
+        };
+        let near = optima(&scene, again(&scene, free), counts);
+        let scene = scene.with_checks(tight);
+        let mut found = optima(&scene, again(&scene, &near), counts);
+        found.retain(|design| scene.least_redundancy(design) >= self.least_redundancy);
+        found
+    }
+
+    /// Layouts to take where no optimum is sound, best first: random ones, and the naive one.
+    fn second_choices(&self, counts: &[usize], checked: bool) -> Vec<Layout> {
+        let drawn = (0..RANDOM_LAYOUTS).filter_map(|number| self.random(counts, number)).chain(self.naive(counts));
+        let rated = drawn.filter_map(|layout| {
+            let linear = self.linear(&layout)?;
+            let least = linear.redundancy().diagonal().rows(0, layout.len()).min();
+            let sound = !checked || least >= self.least_redundancy;
+            sound.then(|| (self.worst_at(&linear), layout))
+        });
+        let mut rated: Vec<(f64, Layout)> = rated.collect();
+        rated.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rated.truncate(SECOND_CHOICES);
+        rated.into_iter().map(|(_, layout)| layout).collect()
     }
 
     /// The plan of a layout, if the solver accepts its frame.
@@ -355,10 +384,18 @@ impl Planner<'_> {
     /// Worst-case standard uncertainty of a layout at the points of use; `None` where it leaves a motion free.
     #[must_use]
     pub fn worst_of(&self, layout: &[(usize, Point3<f64>)]) -> Option<f64> {
+        self.linear(layout).map(|linear| self.worst_at(&linear))
+    }
+
+    /// A layout to first order.
+    fn linear(&self, layout: &[(usize, Point3<f64>)]) -> Option<Linear> {
         let touches = self.touches(layout);
         let problem = Problem::new(self.fixture, &touches, self.probe).ok()?;
-        let linear = Linear::at(&problem, &Frame::identity())?;
-        worst_case(&linear.covariance(), &Frame::identity(), &self.points).into_iter().reduce(f64::max)
+        Linear::at(&problem, &Frame::identity())
+    }
+
+    fn worst_at(&self, linear: &Linear) -> f64 {
+        worst_case(&linear.covariance(), linear.frame(), &self.points).into_iter().fold(0.0, f64::max)
     }
 
     /// What one would touch without a plan: the fixture's own layout where it has these counts, else points spread evenly
@@ -425,23 +462,12 @@ fn contacts_of(design: &Design) -> Layout {
     sites.into_iter().map(|site| (site.surface, site.at)).collect()
 }
 
-/// Where searches from these counts, and from these designs, end: best first, each once.
-fn optima(scene: &Scene<'_>, starts: &[Vec<usize>], counts: &Counts<'_>, designs: &[Design]) -> Vec<Design> {
-    let drawn = starts.par_iter().enumerate().filter_map(|(number, counts)| scene.start(counts, number as u64));
-    let again = designs.par_iter().filter_map(|design| scene.design(design.sites.clone()));
-    let mut found: Vec<Design> =
-        drawn.chain(again).map(|start| scene.polish(scene.exchange(start, counts))).collect();
-    found.sort_by(|a, b| a.score.partial_cmp(&b.score).unwrap_or(Ordering::Equal));
-    let same = |a: &Design, b: &Design| {
-        scene.counts(&a.sites) == scene.counts(&b.sites)
-            && a.score.shortfall == b.score.shortfall
-            && (a.score.value - b.score.value).abs() <= SAME * a.score.value.abs()
-    };
-    let mut distinct: Vec<Design> = Vec::new();
-    for design in found {
-        if !distinct.iter().any(|known| same(known, &design)) {
-            distinct.push(design);
-        }
-    }
-    distinct
+/// Where searches from these designs end: best first, each once.
+fn optima(scene: &Scene<'_>, starts: Vec<Design>, counts: &Counts<'_>) -> Vec<Design> {
+    let ends = starts.into_par_iter().map(|start| scene.polish(scene.exchange(start, counts)));
+    let mut found: Vec<Design> = ends.collect();
+    found.sort_by(|a, b| a.score.total_cmp(&b.score));
+    // Logarithms: a difference is a part.
+    found.dedup_by(|a, b| (a.score - b.score).abs() <= SAME && scene.counts(&a.sites) == scene.counts(&b.sites));
+    found
 }

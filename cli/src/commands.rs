@@ -7,6 +7,7 @@ pub(crate) mod element;
 pub(crate) mod list;
 pub(crate) mod locate;
 pub(crate) mod man;
+pub(crate) mod plan;
 pub(crate) mod reliability;
 pub(crate) mod simulate;
 pub(crate) mod study;

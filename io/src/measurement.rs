@@ -14,6 +14,8 @@ mod file;
 
 /// In the place of a surface's name: that it is not known.
 pub const UNLABELLED: &str = "?";
+/// In the place of a touch's coordinates: that it is still to be made.
+pub const NOT_MEASURED: &str = "?";
 
 /// A measurement as its file (or its arguments) states it, in the file's unit.
 ///

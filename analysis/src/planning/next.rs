@@ -1,7 +1,7 @@
 //! The one touch that helps a measurement most.
 
 use nalgebra::{Point3, Unit, Vector3};
-use touchref_core::{Fixture, Frame, Probe, Problem, RANK_TOLERANCE, Touch};
+use touchref_core::{Fixture, Frame, Probe, Problem, RANK_TOLERANCE, SolveError, Touch};
 
 use super::{
     PlanError, Planner, Reach,
@@ -115,12 +115,30 @@ impl Planner<'_> {
             counts.iter().zip(&have).map(|(wanted, have)| wanted.saturating_sub(*have)).collect();
         let completions = (0..STARTS).filter_map(|number| scene.start(&lacking, number));
         let completions = completions.map(|start| scene.polish(scene.exchange(start, &Counts::Kept)));
-        let best = completions.min_by(|a, b| a.score.value.total_cmp(&b.score.value));
+        let best = completions.min_by(|a, b| a.score.total_cmp(&b.score));
         let sites = best.ok_or(PlanError::NoLayout)?.sites;
         let one_more = sites.into_iter().filter_map(|site| scene.design(vec![site]));
         let first = one_more.min_by(|a, b| b.information().total_cmp(&a.information()));
         let site = first.ok_or(PlanError::NoLayout)?.sites[0];
         Ok(Next { surface: site.surface, contact: site.at, effect: Effect::Fixes })
+    }
+
+    /// The frames that survive a refusal of `problem`: those that the solver accepts when they are expected.
+    #[must_use]
+    pub fn surviving(&self, problem: &Problem<'_>, error: &SolveError) -> Vec<Frame> {
+        /// Frames nearer than this, in parts of the fixture's size and radians, are one.
+        const SAME: f64 = 1e-6;
+        let Some(refusal) = error.refusal() else { return Vec::new() };
+        let second = refusal.trust.second_minimum.map(|second| second.frame);
+        let mut frames: Vec<Frame> = Vec::new();
+        for near in refusal.roots.iter().map(|root| root.frame).chain(second) {
+            let Ok(solution) = self.solver.solve(&problem.near(near)) else { continue };
+            let known = |frame: &Frame| frame.twist_to(&solution.frame).extent(self.fixture.size()) < SAME;
+            if !frames.iter().any(known) {
+                frames.push(solution.frame);
+            }
+        }
+        frames
     }
 
     /// The touch whose readings differ most between `frames` that all fit `touches` (parent): the least difference

@@ -22,7 +22,7 @@ use crate::{
 /// does not.
 const APART: f64 = 0.05;
 /// An exchange that gains less than this part is rounding.
-const GAIN: f64 = 1e-9;
+const GAIN: f64 = 1e-12;
 /// A touch whose redundancy number is not above this cannot be spared.
 const SPARED: f64 = 1e-9;
 /// Draws for one start before the counts are taken to be at fault.
@@ -45,8 +45,7 @@ pub(crate) struct Scene<'a> {
     base: DMatrix<f64>,
     /// Contacts that are made.
     made: Vec<(usize, Point3<f64>)>,
-    /// The least redundancy number that is asked for; 0 where none is.
-    least_redundancy: f64,
+    checks: Option<Checks>,
     pub(crate) candidates: Vec<Site>,
     /// What each candidate tells, a column each.
     rows: DMatrix<f64>,
@@ -54,31 +53,21 @@ pub(crate) struct Scene<'a> {
     apart: Vec<f64>,
 }
 
-/// How good a layout is: less is better, the first counts first.
-#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
-pub(crate) struct Score {
-    /// Sum of what redundancy numbers lack.
-    pub(crate) shortfall: f64,
-    /// By the criterion.
-    pub(crate) value: f64,
-}
-
-impl Score {
-    const WORST: Self = Self { shortfall: f64::INFINITY, value: f64::INFINITY };
-
-    /// Whether it is better by more than rounding.
-    fn beats(&self, other: &Self) -> bool {
-        let less = |a: f64, b: f64| b == f64::INFINITY && a < b || a < b - GAIN * b.abs().max(GAIN);
-        less(self.shortfall, other.shortfall)
-            || (self.shortfall <= other.shortfall && less(self.value, other.value))
-    }
+/// What redundancy numbers are asked for, and how strongly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Checks {
+    /// The least of each touch.
+    pub(crate) least: f64,
+    /// By how much the score grows with the square of what a redundancy number lacks.
+    pub(crate) weight: f64,
 }
 
 /// Touches that may be exchanged, and what they tell together with what is there already.
 #[derive(Debug, Clone)]
 pub(crate) struct Design {
     pub(crate) sites: Vec<Site>,
-    pub(crate) score: Score,
+    /// Logarithm of the worst case or of the volume, and what is added for redundancy numbers that lack; less is better.
+    pub(crate) score: f64,
     rows: DMatrix<f64>,
     covariance: DMatrix<f64>,
     log_det: f64,
@@ -148,7 +137,7 @@ impl<'a> Scene<'a> {
             levers: levers.collect(),
             rows: DMatrix::zeros(columns.len(), 0),
             made: Vec::new(),
-            least_redundancy: 0.0,
+            checks: None,
             problem,
             probe,
             reach,
@@ -183,9 +172,9 @@ impl<'a> Scene<'a> {
         self
     }
 
-    /// The same, asking for a least redundancy number of every touch.
-    pub(crate) fn with_least_redundancy(self, least_redundancy: f64) -> Self {
-        Self { least_redundancy, ..self }
+    /// The same, asking for redundancy numbers.
+    pub(crate) fn with_checks(self, checks: Checks) -> Self {
+        Self { checks: Some(checks), ..self }
     }
 
     /// The touch at a contact point, in fixture coordinates.
@@ -227,9 +216,9 @@ impl<'a> Scene<'a> {
         let rows: Vec<DVector<f64>> = sites.iter().map(|site| self.row(site)).collect();
         let rows = columns_of(&rows, self.columns.len());
         let (covariance, log_det) = inverse(&(&self.base + &rows * rows.transpose()))?;
-        let mut design = Design { sites, score: Score::WORST, rows, covariance, log_det };
+        let mut design = Design { sites, score: f64::INFINITY, rows, covariance, log_det };
         let exchanges = self.exchanges(&design);
-        design.score = self.score(&design, &exchanges, None, None, &Score::WORST)?;
+        design.score = self.score(&design, &exchanges, None, None, f64::INFINITY)?;
         Some(design)
     }
 
@@ -247,15 +236,15 @@ impl<'a> Scene<'a> {
     }
 
     /// The score of a design with what is added (its row, and covariance times row) and without what is dropped; `None`
-    /// where that leaves a motion free, or is no better than `than` by its first bound.
+    /// where that leaves a motion free, or is surely not below `than`.
     fn score(
         &self,
         design: &Design,
         exchanges: &Exchanges,
         added: Option<(DVectorView<'_, f64>, DVectorView<'_, f64>)>,
         dropped: Option<usize>,
-        than: &Score,
-    ) -> Option<Score> {
+        than: f64,
+    ) -> Option<f64> {
         let touches = design.sites.len();
         let told = |k: usize| added.map_or(0.0, |(_, moved)| design.rows.column(k).dot(&moved));
         let own = added.map_or(0.0, |(row, moved)| row.dot(&moved));
@@ -268,48 +257,43 @@ impl<'a> Scene<'a> {
         if left < SPARED {
             return None;
         }
-        let mut shortfall = 0.0;
-        if self.least_redundancy > 0.0 {
-            let short = |told: f64| (self.least_redundancy - 1.0 + told).max(0.0);
+        let mut penalty = 0.0;
+        if let Some(Checks { least, weight }) = self.checks {
+            let lacking = |told: f64| weight * (least - 1.0 + told).max(0.0).powi(2);
             for k in (0..touches).filter(|k| Some(*k) != dropped) {
                 let with = told(k);
                 let across = spared
                     .map_or(0.0, |(i, with_dropped, _)| exchanges.told[(k, i)] - with * with_dropped / grown);
-                shortfall += short(exchanges.told[(k, k)] - with * with / grown + across * across / left);
+                penalty += lacking(exchanges.told[(k, k)] - with * with / grown + across * across / left);
             }
             if added.is_some() {
                 let across = spared.map_or(0.0, |(_, with_dropped, _)| with_dropped / grown);
-                shortfall += short(own / grown + across * across / left);
-            }
-            // Sums of what is met exactly are rounding.
-            shortfall = if shortfall < GAIN { 0.0 } else { shortfall };
-            if shortfall > than.shortfall {
-                return None;
+                penalty += lacking(own / grown + across * across / left);
             }
         }
-        let value = match self.criterion {
+        let score = match self.criterion {
             Criterion::Volume => -0.5 * (design.log_det + grown.ln() + left.ln()),
             Criterion::Worst => {
+                // No eigenvalue is smaller than a diagonal element.
+                let bound = (2.0 * (than - penalty)).exp();
                 let mut largest = 0.0_f64;
                 for (point, lever) in self.levers.iter().enumerate() {
                     let mut at_point = exchanges.at_points[point];
-                    let with: Vector3<f64> =
-                        added.map_or_else(Vector3::zeros, |(_, moved)| lever * moved);
+                    let with: Vector3<f64> = added.map_or_else(Vector3::zeros, |(_, moved)| lever * moved);
                     at_point -= with * with.transpose() / grown;
                     if let Some((i, with_dropped, left)) = spared {
                         let without = exchanges.points_moved[point].column(i) - with * (with_dropped / grown);
                         at_point += without * without.transpose() / left;
                     }
-                    // No eigenvalue is as small as the largest diagonal.
-                    if at_point.diagonal().max() > than.value * than.value && shortfall >= than.shortfall {
+                    if at_point.diagonal().max() > bound {
                         return None;
                     }
                     largest = largest.max(largest_eigenvalue(&at_point));
                 }
-                largest.sqrt()
+                0.5 * largest.ln()
             }
         };
-        Some(Score { shortfall, value })
+        Some(score + penalty)
     }
 
     /// Exchanges touches for candidates until none helps.
@@ -326,8 +310,8 @@ impl<'a> Scene<'a> {
                         continue;
                     }
                     let added = Some((self.rows.column(index), moved.column(index)));
-                    if let Some(score) = self.score(&design, &exchanges, added, Some(dropped), &best.0)
-                        && score.beats(&best.0)
+                    if let Some(score) = self.score(&design, &exchanges, added, Some(dropped), best.0)
+                        && beats(score, best.0)
                     {
                         best = (score, Some((dropped, *site)));
                     }
@@ -344,7 +328,7 @@ impl<'a> Scene<'a> {
         let mut sites = design.sites.clone();
         sites[index] = site;
         // Anew, so that rounding of updates does not gather.
-        self.design(sites).filter(|other| other.score.beats(&design.score))
+        self.design(sites).filter(|other| beats(other.score, design.score))
     }
 
     /// To which surfaces a touch may go.
@@ -416,8 +400,8 @@ impl<'a> Scene<'a> {
             let row = self.row(&to);
             let moved = &design.covariance * &row;
             let added = Some((row.column(0), moved.column(0)));
-            if let Some(score) = self.score(design, &exchanges, added, Some(index), &best.0)
-                && score.beats(&best.0)
+            if let Some(score) = self.score(design, &exchanges, added, Some(index), best.0)
+                && beats(score, best.0)
             {
                 best = (score, Some(to));
             }
@@ -430,14 +414,14 @@ impl<'a> Scene<'a> {
         let exchanges = self.exchanges(design);
         let moved = &design.covariance * &self.rows;
         let free = self.free(&design.sites, None);
-        let mut best = (Score::WORST, None);
+        let mut best = (f64::INFINITY, None);
         for (index, site) in self.candidates.iter().enumerate() {
             if !free[index] || !allowed(site.surface) {
                 continue;
             }
             let added = Some((self.rows.column(index), moved.column(index)));
-            if let Some(score) = self.score(design, &exchanges, added, None, &best.0)
-                && score.beats(&best.0)
+            if let Some(score) = self.score(design, &exchanges, added, None, best.0)
+                && beats(score, best.0)
             {
                 best = (score, Some(*site));
             }
@@ -445,6 +429,21 @@ impl<'a> Scene<'a> {
         let mut sites = design.sites.clone();
         sites.push(best.1?);
         self.design(sites)
+    }
+
+    /// The least redundancy number of a design's touches.
+    pub(crate) fn least_redundancy(&self, design: &Design) -> f64 {
+        let told = self.exchanges(design).told.diagonal();
+        told.iter().map(|told| 1.0 - told).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The design nearest a layout: of the candidates that are nearest its points.
+    pub(crate) fn near(&self, layout: &[(usize, Point3<f64>)]) -> Option<Design> {
+        let nearest = |(surface, at): &(usize, Point3<f64>)| {
+            let own = self.candidates.iter().filter(|site| site.surface == *surface);
+            own.min_by(|a, b| (a.at - at).norm().total_cmp(&(b.at - at).norm())).copied()
+        };
+        self.design(layout.iter().map(nearest).collect::<Option<Vec<Site>>>()?)
     }
 
     /// Worst-case standard uncertainty of a design at the points of use.
@@ -485,6 +484,11 @@ impl<'a> Scene<'a> {
         }
         None
     }
+}
+
+/// Whether a score is better than another by more than rounding.
+fn beats(score: f64, than: f64) -> bool {
+    score < than - GAIN
 }
 
 /// Columns beside each other.

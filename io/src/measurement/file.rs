@@ -5,7 +5,7 @@ use std::{ops::Range, path::Path, sync::Arc};
 use nalgebra::Point3;
 use touchref_core::{Noise, Probe, parameters::nearest};
 
-use super::{Measurement, Origin, PlacementSource, TouchRecord, TouchSource};
+use super::{Measurement, NOT_MEASURED, Origin, PlacementSource, TouchRecord, TouchSource};
 use crate::{
     Input, InputError, Units, parameter,
     source::Source,
@@ -151,7 +151,15 @@ fn read_touch(source: &Source, field: &Field<'_>) -> Result<(TouchRecord, Range<
     let table = field.table()?;
     table.only(TOUCH_KEYS)?;
     let surface = table.require("surface", "the name of a surface of the fixture")?;
-    let at = table.require("at", "the tip centre [x, y, z]")?.vector()?;
+    let at = table.require("at", "the tip centre [x, y, z]")?;
+    if at.text().is_ok_and(|text| text == NOT_MEASURED) {
+        return Err(InputError::new("invalid-input", format!("`{}` is not filled in yet", at.path))
+            .with_help("write the tip centre that the probe read there: at = [x, y, z]")
+            .with_key(at.path.clone())
+            .labelled("still to be measured")
+            .at(source.place(at.node.span.clone())));
+    }
+    let at = at.vector()?;
     let noise = match (table.get("sigma"), table.get("covariance")) {
         (None, None) => Noise::OfProbe,
         (Some(sigma), None) => Noise::Sigma(sigma.number_where(|sigma| sigma > 0.0, "a length > 0")?),

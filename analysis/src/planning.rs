@@ -22,10 +22,12 @@ use crate::{
     uncertainty::Spread,
 };
 
+mod free;
 mod next;
 mod reach;
 mod search;
 
+pub use free::free_motions;
 pub use next::{Effect, Next};
 pub use reach::{Cone, Reach};
 
@@ -40,15 +42,17 @@ const STARTS: usize = 12;
 /// Layouts of equal score (parts of it) are one, turned or mirrored.
 const SAME: f64 = 1e-6;
 /// What redundancy numbers are asked for beyond the least, so that a layout which almost has them counts, and the weights
-/// with which the search asks: loose, to come near without being caught, and tight.
+/// with which the search asks: loose first, to come near without being caught.
 const CHECK_MARGIN: f64 = 0.005;
-const CHECK_WEIGHTS: [f64; 2] = [100.0, 10_000.0];
+const CHECK_WEIGHTS: [f64; 3] = [100.0, 1_000.0, 10_000.0];
 /// Random layouts with which a plan is compared; an odd number has a median.
 const RANDOM_LAYOUTS: u64 = 201;
 /// Draws for one touch of a random layout that a cone may refuse.
 const RANDOM_DRAWS: usize = 1000;
 /// Random layouts that are tried where no optimum is sound.
 const SECOND_CHOICES: usize = 24;
+/// By how much more than with the count of touches a variance may fall: a better layout of more.
+const FASTER: f64 = 4.0;
 /// The most touches that are tried to meet a target.
 const MOST_TOUCHES: usize = 40;
 
@@ -103,6 +107,8 @@ pub struct Plan {
     pub redundancy: Vec<f64>,
     /// Whether the count of touches allows every redundancy number to be as large as asked.
     pub redundancy_possible: bool,
+    /// Whether the measurement must tell the approach directions: without them another frame fits as well.
+    pub approach_needed: bool,
     /// How far the frame would stand.
     pub trust: Trust,
     /// Worst-case standard uncertainty of the naive layout of as many touches; `None` where that leaves a motion free or
@@ -136,7 +142,9 @@ pub enum PlanError {
     #[error("no layout of these touches within reach fixes the frame")]
     NoLayout,
     /// The target is not met.
-    #[error("{touches} touches reach a worst-case standard uncertainty of {reached:.3e}, the target is {target:.3e}")]
+    #[error(
+        "not met with up to {touches} touches: the least worst-case standard uncertainty planned is {reached:.3e}, the target is {target:.3e}"
+    )]
     NotMet {
         /// The most that were tried.
         touches: usize,
@@ -201,20 +209,45 @@ impl Planner<'_> {
         }
     }
 
+    /// The best layout of so many touches on each surface by the criterion alone: nobody asks whether it is checked, or
+    /// whether another frame fits it as well.
+    ///
+    /// # Errors
+    /// A [`PlanError`].
+    pub fn unconstrained(&self, counts: &[usize]) -> Result<Layout, PlanError> {
+        let anywhere = self.touches(&self.fixture.nominal_layout());
+        let problem = Problem::new(self.fixture, &anywhere, self.probe)?;
+        let scene = Scene::new(problem, &self.reach, &self.points, self.criterion, false);
+        let starts = (0..STARTS as u64).into_par_iter().filter_map(|number| scene.start(counts, number));
+        let best = optima(&scene, starts.collect(), &Counts::Kept).into_iter().next();
+        best.map(|design| contacts_of(&design)).ok_or(PlanError::NoLayout)
+    }
+
     /// The fewest touches that meet a target.
     fn fewest(&self, problem: &Problem<'_>, target: f64) -> Result<Plan, PlanError> {
         let requirement = self.fixture.requirement();
         let least = requirement.alternatives.iter().map(|need| need.iter().sum()).min().unwrap_or(0);
         let mut reached = f64::INFINITY;
-        for total in least.max(requirement.total).max(1)..=MOST_TOUCHES {
+        let mut total = least.max(requirement.total).max(1);
+        while total <= MOST_TOUCHES {
+            let mut next = total + 1;
             let scene = Scene::new(*problem, &self.reach, &self.points, Criterion::Worst, false);
             match self.of_total(scene, total) {
                 Ok(plan) if plan.worst() <= target => return Ok(plan),
-                Ok(plan) => reached = reached.min(plan.worst()),
+                Ok(plan) => {
+                    reached = reached.min(plan.worst());
+                    // Variances fall with the count of touches, and not much faster.
+                    let wanted = total as f64 * (plan.worst() / target).powi(2) / FASTER;
+                    // A count beyond all reason is cut off by the cast.
+                    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive")]
+                    let wanted = wanted as usize;
+                    next = next.max(wanted);
+                }
                 // More touches may do.
                 Err(PlanError::NoSoundLayout { .. } | PlanError::NoLayout) => {}
                 Err(error) => return Err(error),
             }
+            total = next;
         }
         Err(PlanError::NotMet { touches: MOST_TOUCHES, reached, target })
     }
@@ -245,7 +278,8 @@ impl Planner<'_> {
         }
         if fitting.is_empty() || total < requirement.total || total == 0 {
             let least = within.iter().map(|need| need.iter().sum::<usize>()).min().unwrap_or(0);
-            let missing = format!("{total} are asked for, the fixture needs {}", least.max(requirement.total).max(1));
+            let missing =
+                format!("{total} are asked for, the fixture needs {}", least.max(requirement.total).max(1));
             return Err(PlanError::TooFewTouches { missing });
         }
         let dealt = |start: usize| {
@@ -280,9 +314,11 @@ impl Planner<'_> {
     /// The best of the searches from these counts that is sound.
     fn best(&self, scene: Scene<'_>, starts: &[Vec<usize>], counts: &Counts<'_>) -> Result<Plan, PlanError> {
         let touches: usize = starts[0].iter().sum();
-        let drawn = starts.par_iter().enumerate().filter_map(|(number, counts)| scene.start(counts, number as u64));
+        let drawn =
+            starts.par_iter().enumerate().filter_map(|(number, counts)| scene.start(counts, number as u64));
         let naive = self.naive(&starts[0]).and_then(|layout| scene.near(&layout));
-        let mut designs = optima(&scene, drawn.chain(naive).collect(), counts);
+        let starts: Vec<Design> = drawn.chain(naive).collect();
+        let mut designs = optima(&scene, starts.clone(), counts);
         if designs.is_empty() {
             return Err(PlanError::NoLayout);
         }
@@ -291,7 +327,7 @@ impl Planner<'_> {
         let asked = self.least_redundancy > 0.0;
         let mut possible = asked && self.least_redundancy * touches as f64 <= spare;
         if possible {
-            let checked = self.checked(scene, &designs, counts);
+            let checked = self.checked(scene, [starts.as_slice(), &designs].concat(), counts);
             possible = !checked.is_empty();
             if possible {
                 designs = checked;
@@ -305,7 +341,8 @@ impl Planner<'_> {
             let on = |surface| layout.iter().filter(|(of, _)| *of == surface).count();
             (0..self.reach.surfaces().len()).map(on).collect::<Vec<usize>>()
         };
-        let others = std::iter::once_with(|| self.second_choices(&counts_of(&contacts_of(&designs[0])), possible));
+        let others =
+            std::iter::once_with(|| self.second_choices(&counts_of(&contacts_of(&designs[0])), possible));
         for layout in optimal.chain(others.flatten()) {
             match self.judged(layout, possible || !asked) {
                 Ok(plan) => return Ok(plan),
@@ -319,25 +356,23 @@ impl Planner<'_> {
         refusal.map_or(Err(PlanError::NoLayout), |refusal| Err(PlanError::NoSoundLayout { tried, refusal }))
     }
 
-    /// Designs in which the others check every touch as far as asked, from the best where nothing is asked; none where
-    /// the search finds none.
-    fn checked(&self, scene: Scene<'_>, free: &[Design], counts: &Counts<'_>) -> Vec<Design> {
+    /// Designs in which the others check every touch as far as asked; none where the search finds none.
+    fn checked(&self, scene: Scene<'_>, starts: Vec<Design>, counts: &Counts<'_>) -> Vec<Design> {
         let least = self.least_redundancy + CHECK_MARGIN;
-        let [loose, tight] = CHECK_WEIGHTS.map(|weight| Checks { least, weight });
-        let scene = scene.with_checks(loose);
-        let again = |scene: &Scene<'_>, designs: &[Design]| -> Vec<Design> {
-            designs.iter().filter_map(|design| scene.design(design.sites.clone())).collect()
-        };
-        let near = optima(&scene, again(&scene, free), counts);
-        let scene = scene.with_checks(tight);
-        let mut found = optima(&scene, again(&scene, &near), counts);
+        let (mut scene, mut found) = (scene, starts);
+        for weight in CHECK_WEIGHTS {
+            scene = scene.with_checks(Checks { least, weight });
+            let again = found.into_iter().filter_map(|design| scene.design(design.sites));
+            found = optima(&scene, again.collect(), counts);
+        }
         found.retain(|design| scene.least_redundancy(design) >= self.least_redundancy);
         found
     }
 
     /// Layouts to take where no optimum is sound, best first: random ones, and the naive one.
     fn second_choices(&self, counts: &[usize], checked: bool) -> Vec<Layout> {
-        let drawn = (0..RANDOM_LAYOUTS).filter_map(|number| self.random(counts, number)).chain(self.naive(counts));
+        let drawn =
+            (0..RANDOM_LAYOUTS).filter_map(|number| self.random(counts, number)).chain(self.naive(counts));
         let rated = drawn.filter_map(|layout| {
             let linear = self.linear(&layout)?;
             let least = linear.redundancy().diagonal().rows(0, layout.len()).min();
@@ -355,7 +390,18 @@ impl Planner<'_> {
         let touches = self.touches(&layout);
         let problem = Problem::new(self.fixture, &touches, self.probe)?;
         let refused = |refusal: SolveError| PlanError::NoSoundLayout { tried: 1, refusal: Box::new(refusal) };
-        let solution = self.solver.solve(&problem).map_err(refused)?;
+        let (solution, approach_needed) = match self.solver.solve(&problem) {
+            Ok(solution) => (solution, false),
+            // That the probe came from outside may be what rules the others out.
+            Err(refusal) => {
+                let surfaces = self.fixture.surfaces();
+                let inward = |touch: &Touch| -surfaces[touch.surface].seen_from(&touch.at).normal;
+                let told: Vec<Touch> =
+                    touches.iter().map(|touch| touch.with_approach(inward(touch))).collect();
+                let told = Problem::new(self.fixture, &told, self.probe)?;
+                (self.solver.solve(&told).map_err(|_| refused(refusal))?, true)
+            }
+        };
         let linear = Linear::at(&problem, &Frame::identity()).ok_or(PlanError::NoLayout)?;
         let mut counts = vec![0; self.fixture.surfaces().len()];
         for (surface, _) in &layout {
@@ -365,6 +411,7 @@ impl Planner<'_> {
             uncertainties: worst_case(&linear.covariance(), &Frame::identity(), &self.points),
             redundancy: (0..layout.len()).map(|index| linear.redundancy()[(index, index)]).collect(),
             redundancy_possible,
+            approach_needed,
             trust: solution.trust,
             naive: self.naive(&counts).and_then(|layout| self.worst_of(&layout)),
             random_median: self.random_median(&counts),
@@ -376,8 +423,9 @@ impl Planner<'_> {
     #[must_use]
     pub fn touches(&self, layout: &[(usize, Point3<f64>)]) -> Vec<Touch> {
         let surfaces = self.fixture.surfaces();
-        let touch =
-            |(surface, at): &(usize, Point3<f64>)| Touch::new(*surface, surfaces[*surface].tip_center(at, self.probe.tip_radius));
+        let touch = |(surface, at): &(usize, Point3<f64>)| {
+            Touch::new(*surface, surfaces[*surface].tip_center(at, self.probe.tip_radius))
+        };
         layout.iter().map(touch).collect()
     }
 
@@ -405,7 +453,8 @@ impl Planner<'_> {
         let own = self.fixture.nominal_layout();
         let has = |surface: usize| own.iter().filter(|(of, _)| *of == surface).count();
         let reached = |(surface, at): &(usize, Point3<f64>)| self.reach.holds(*surface, at);
-        if counts.iter().enumerate().all(|(surface, count)| has(surface) == *count) && own.iter().all(reached) {
+        if counts.iter().enumerate().all(|(surface, count)| has(surface) == *count) && own.iter().all(reached)
+        {
             return Some(own);
         }
         let mut layout = Layout::new();
@@ -420,6 +469,15 @@ impl Planner<'_> {
             layout.extend(if count == 0 { Layout::new() } else { found?.into_iter().take(count).collect() });
         }
         Some(layout)
+    }
+
+    /// The touch of this number on a surface, of touches spread evenly.
+    #[must_use]
+    pub fn spread(&self, surface: usize, number: usize) -> Point3<f64> {
+        /// As many as anyone makes.
+        const MANY: usize = 8;
+        let [u, v] = lattice_point(number, MANY.max(number + 1));
+        self.reach.surfaces()[surface].point_at(u, v)
     }
 
     /// Median worst-case standard uncertainty of random layouts, uniform in area over what is reached.
@@ -440,7 +498,8 @@ impl Planner<'_> {
         let mut layout = Layout::new();
         for (surface, &count) in counts.iter().enumerate() {
             for _ in 0..count {
-                let site = (0..RANDOM_DRAWS).find_map(|_| self.reach.site(surface, [rng.random(), rng.random()]))?;
+                let site =
+                    (0..RANDOM_DRAWS).find_map(|_| self.reach.site(surface, [rng.random(), rng.random()]))?;
                 layout.push((surface, site.at));
             }
         }
@@ -468,6 +527,8 @@ fn optima(scene: &Scene<'_>, starts: Vec<Design>, counts: &Counts<'_>) -> Vec<De
     let mut found: Vec<Design> = ends.collect();
     found.sort_by(|a, b| a.score.total_cmp(&b.score));
     // Logarithms: a difference is a part.
-    found.dedup_by(|a, b| (a.score - b.score).abs() <= SAME && scene.counts(&a.sites) == scene.counts(&b.sites));
+    found.dedup_by(|a, b| {
+        (a.score - b.score).abs() <= SAME && scene.counts(&a.sites) == scene.counts(&b.sites)
+    });
     found
 }

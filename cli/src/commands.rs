@@ -4,6 +4,7 @@ pub(crate) mod calibrate;
 pub(crate) mod completions;
 pub(crate) mod describe;
 pub(crate) mod element;
+pub(crate) mod guide;
 pub(crate) mod list;
 pub(crate) mod locate;
 pub(crate) mod man;

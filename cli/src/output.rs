@@ -23,12 +23,32 @@ pub(crate) struct Output {
     result: Writer,
     /// For standard error, one line each.
     notes: Vec<String>,
+    /// Exit status.
+    status: u8,
+}
+
+/// Lines that are printed at once, for work that answers as it is asked.
+pub(crate) struct Answers(AutoStream<io::Stdout>);
+
+impl Answers {
+    pub(crate) fn new() -> Self {
+        Self(AutoStream::auto(io::stdout()))
+    }
+
+    /// Prints a line; `false` where nobody reads any more.
+    pub(crate) fn say(&mut self, line: &str) -> Result<bool, Failure> {
+        match writeln!(self.0, "{line}").and_then(|()| self.0.flush()) {
+            Ok(()) => Ok(true),
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
+            Err(error) => Err(Failure::writing("to standard output", &error)),
+        }
+    }
 }
 
 impl Output {
     /// A result that writes itself.
     pub(crate) fn stream(result: impl FnOnce(&mut dyn Write) -> io::Result<()> + 'static) -> Self {
-        Self { result: Box::new(result), notes: Vec::new() }
+        Self { result: Box::new(result), notes: Vec::new(), status: 0 }
     }
 
     /// A result that is there already.
@@ -47,6 +67,11 @@ impl Output {
         Self::bytes(json(record))
     }
 
+    /// With this exit status.
+    pub(crate) fn with_status(self, status: u8) -> Self {
+        Self { status, ..self }
+    }
+
     /// Adds lines for standard error.
     pub(crate) fn with_notes(mut self, notes: impl IntoIterator<Item = String>) -> Self {
         self.notes.extend(notes);
@@ -63,7 +88,10 @@ pub(crate) fn json(record: &impl Serialize) -> String {
 /// Prints what a subcommand came to, and returns the exit status.
 pub(crate) fn print(outcome: Result<Output, Failure>, json_errors: bool) -> u8 {
     let (output, status) = match outcome {
-        Ok(output) => (output, 0),
+        Ok(output) => {
+            let status = output.status;
+            (output, status)
+        }
         Err(failure) if failure.is_help() => {
             // clap colours and pages its own help; it knows the terminal as well as anyone.
             let Failure::Call(help) = &failure else { return failure.status() };

@@ -98,11 +98,16 @@ impl PlanningArgs {
     }
 
     /// The planner that they describe.
-    pub(crate) fn planner<'a>(&self, setup: &'a Setup, solver: &'a dyn Solver) -> Result<Planner<'a>, InputError> {
+    pub(crate) fn planner<'a>(
+        &self,
+        setup: &'a Setup,
+        solver: &'a dyn Solver,
+    ) -> Result<Planner<'a>, InputError> {
         let fixture = &*setup.fixture;
         let mut reach = Reach::of(fixture);
         for (name, text) in &self.extents {
-            let surface = fixture.surface_index(name).map_err(|error| InputError::from(error).with_key("extent"))?;
+            let surface =
+                fixture.surface_index(name).map_err(|error| InputError::from(error).with_key("extent"))?;
             reach = reach.with_extent(surface, extent(fixture, surface, text)?);
         }
         if let (Some(from), Some(cone)) = (self.from, self.cone) {
@@ -135,7 +140,9 @@ fn extent(fixture: &dyn Fixture, surface: usize, text: &str) -> Result<Extent, I
             (Some(Extent::Cap { axis, half_angle: angle.to_radians() }), "")
         }
         (Shape::Sphere { .. }, ..) => (None, "degrees, above 0 and at most 180"),
-        (Shape::Cone { .. }, _, Some(&[from, to])) if from >= 0.0 && from < to => (Some(Extent::Along { from, to }), ""),
+        (Shape::Cone { .. }, _, Some(&[from, to])) if from >= 0.0 && from < to => {
+            (Some(Extent::Along { from, to }), "")
+        }
         (Shape::Cone { .. }, ..) => (None, "FROM,TO along the axis from the apex, 0 <= FROM < TO"),
         (_, _, Some(&[from, to])) if from < to => (Some(Extent::Along { from, to }), ""),
         _ => (None, "FROM,TO along the axis, FROM < TO"),

@@ -96,6 +96,14 @@ pub(crate) struct Setup {
 }
 
 impl MeasurementArgs {
+    /// Whether the measurement or its touches come from standard input.
+    pub(crate) fn reads_stdin(&self) -> bool {
+        [&self.file, &self.touches]
+            .into_iter()
+            .flatten()
+            .any(|path| Input::from(path.clone()) == Input::Stdin)
+    }
+
     /// Reads the measurement file, puts the arguments over it and builds the fixture.
     pub(crate) fn load(&self, registry: &Registry) -> Result<Setup, InputError> {
         let touches = self.touches.clone().map(Input::from);

@@ -3,6 +3,7 @@
 mod calibration;
 mod element;
 mod failure;
+mod guide;
 mod number;
 mod plan;
 mod plugins;
@@ -14,6 +15,7 @@ mod study;
 pub(crate) use calibration::calibration;
 pub(crate) use element::element;
 pub(crate) use failure::failure;
+pub(crate) use guide::answer;
 pub(crate) use plan::{next, plan};
 pub(crate) use plugins::{description, listing};
 pub(crate) use reliability::reliability;

@@ -451,6 +451,15 @@ impl TouchRecord {
         }
     }
 
+    /// Reads a touch from a line of JSON with the keys of `[[touch]]`, which stands at line `number` of the input, from 1.
+    ///
+    /// # Errors
+    /// As [`Measurement::read`].
+    pub fn from_json(name: &str, number: usize, text: &str) -> Result<Self, InputError> {
+        let before = "\n".repeat(number.saturating_sub(1));
+        file::read_line(&Source::new(name, &(before + text)))
+    }
+
     /// Whether its surface is stated.
     #[must_use]
     pub fn is_labelled(&self) -> bool {

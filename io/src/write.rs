@@ -162,7 +162,11 @@ pub fn measurement_to_fill(
         line(&mut text, "# tip centre, in fixture coordinates", &list(touch.tip.iter().copied()));
         line(&mut text, "# approach, in fixture coordinates", &list(touch.approach.iter().copied()));
         if let Some(frame) = frame {
-            line(&mut text, "# tip centre expected in the parent", &list(frame.to_parent(&touch.tip).iter().copied()));
+            line(
+                &mut text,
+                "# tip centre expected in the parent",
+                &list(frame.to_parent(&touch.tip).iter().copied()),
+            );
         }
         line(&mut text, "surface", &quoted(touch.surface));
         line(&mut text, "at", &quoted(NOT_MEASURED));

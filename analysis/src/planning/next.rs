@@ -97,12 +97,7 @@ impl Planner<'_> {
     ///
     /// # Errors
     /// [`PlanError::NoLayout`] where nothing is left to touch, or nothing in reach.
-    pub fn next_toward(
-        &self,
-        counts: &[usize],
-        touches: &[Touch],
-        frame: &Frame,
-    ) -> Result<Next, PlanError> {
+    pub fn next_toward(&self, counts: &[usize], touches: &[Touch], frame: &Frame) -> Result<Next, PlanError> {
         let made = along_fixture(touches, frame);
         let anywhere = self.touches(&self.fixture.nominal_layout());
         let known = !made.is_empty();
@@ -123,22 +118,34 @@ impl Planner<'_> {
         Ok(Next { surface: site.surface, contact: site.at, effect: Effect::Fixes })
     }
 
-    /// The frames that survive a refusal of `problem`: those that the solver accepts when they are expected.
+    /// The frames that survive a refusal of `problem`: those that the solver accepts when they are expected, and where it
+    /// accepts fewer than two, those that fit.
     #[must_use]
     pub fn surviving(&self, problem: &Problem<'_>, error: &SolveError) -> Vec<Frame> {
         /// Frames nearer than this, in parts of the fixture's size and radians, are one.
         const SAME: f64 = 1e-6;
+        /// A frame fits whose misfit, in standard deviations, is below the 1e-9 level of six degrees of freedom.
+        const FITS: f64 = 7.3;
         let Some(refusal) = error.refusal() else { return Vec::new() };
         let second = refusal.trust.second_minimum.map(|second| second.frame);
-        let mut frames: Vec<Frame> = Vec::new();
-        for near in refusal.roots.iter().map(|root| root.frame).chain(second) {
-            let Ok(solution) = self.solver.solve(&problem.near(near)) else { continue };
-            let known = |frame: &Frame| frame.twist_to(&solution.frame).extent(self.fixture.size()) < SAME;
-            if !frames.iter().any(known) {
-                frames.push(solution.frame);
+        let distinct = |all: &mut dyn Iterator<Item = Frame>| {
+            let mut frames: Vec<Frame> = Vec::new();
+            for frame in all {
+                let known = |other: &Frame| other.twist_to(&frame).extent(self.fixture.size()) < SAME;
+                if !frames.iter().any(known) {
+                    frames.push(frame);
+                }
             }
+            frames
+        };
+        let starts = refusal.roots.iter().map(|root| root.frame).chain(second);
+        let accepted =
+            distinct(&mut starts.filter_map(|near| Some(self.solver.solve(&problem.near(near)).ok()?.frame)));
+        if accepted.len() > 1 {
+            return accepted;
         }
-        frames
+        let fitting = refusal.roots.iter().filter(|root| root.misfit.is_none_or(|misfit| misfit < FITS));
+        distinct(&mut fitting.map(|root| root.frame).chain(second))
     }
 
     /// The touch whose readings differ most between `frames` that all fit `touches` (parent): the least difference

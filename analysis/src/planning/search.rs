@@ -6,7 +6,7 @@
 //! updates of rank one (Sherman and Morrison), and to its determinant by the matrix determinant lemma.
 
 use nalgebra::{DMatrix, DVector, DVectorView, Matrix3, Matrix3xX, Point3, Vector3};
-use rand::RngExt;
+use rand::{Rng, RngExt};
 use touchref_core::{Frame, Noise, Probe, Problem, RANK_TOLERANCE, Touch, TouchError};
 
 use super::{
@@ -29,6 +29,8 @@ const SPARED: f64 = 1e-9;
 const DRAWS: u64 = 50;
 /// The first and last step of moving touches, in parts of the extent: from the coarsest grid's to rounding.
 const STEPS: [f64; 2] = [1.0 / 32.0, 1e-9];
+/// Draws of moving all touches together before a smaller step.
+const TOGETHER: usize = 12;
 /// Rounds of moving every touch by one step; more are wanted only where the worst case sits on an edge.
 const ROUNDS: usize = 20;
 
@@ -355,7 +357,8 @@ impl<'a> Scene<'a> {
     /// Touches on each surface, those made among them.
     pub(crate) fn counts(&self, sites: &[Site]) -> Vec<usize> {
         let mut counts = vec![0; self.apart.len()];
-        let touched = sites.iter().map(|site| site.surface).chain(self.made.iter().map(|(surface, _)| *surface));
+        let touched =
+            sites.iter().map(|site| site.surface).chain(self.made.iter().map(|(surface, _)| *surface));
         for surface in touched {
             counts[surface] += 1;
         }
@@ -364,6 +367,7 @@ impl<'a> Scene<'a> {
 
     /// Moves each touch over its surface by ever smaller steps as long as that helps.
     pub(crate) fn polish(&self, mut design: Design) -> Design {
+        let mut rng = generator(0, 0);
         let mut step = STEPS[0];
         while step > STEPS[1] {
             let mut moved = false;
@@ -376,7 +380,9 @@ impl<'a> Scene<'a> {
                     }
                 }
                 if !helped {
-                    break;
+                    // Where the worst case or a redundancy number has an edge, no touch alone leads along it.
+                    let Some(better) = self.moved_together(&design, step, &mut rng) else { break };
+                    design = better;
                 }
                 moved = true;
             }
@@ -384,6 +390,20 @@ impl<'a> Scene<'a> {
             step *= if moved { 0.7 } else { 0.4 };
         }
         design
+    }
+
+    /// With all touches moved by up to a step, the first of some draws that is better.
+    fn moved_together(&self, design: &Design, step: f64, rng: &mut impl Rng) -> Option<Design> {
+        (0..TOGETHER).find_map(|_| {
+            let moved = |site: &Site| {
+                let uv = site.uv.map(|coordinate| coordinate + step * rng.random_range(-1.0..=1.0));
+                self.reach.site(site.surface, uv)
+            };
+            let sites: Vec<Site> = design.sites.iter().map(moved).collect::<Option<_>>()?;
+            let clear = (0..sites.len()).all(|index| self.clear(&sites[index], &sites, Some(index)));
+            let other = if clear { self.design(sites) } else { None };
+            other.filter(|other| beats(other.score, design.score))
+        })
     }
 
     /// With one touch a step away, the best of eight directions, if that is better.
@@ -468,7 +488,11 @@ impl<'a> Scene<'a> {
             for (surface, &count) in counts.iter().enumerate() {
                 for _ in 0..count {
                     let free = self.free(&sites, None);
-                    let own = self.candidates.iter().zip(&free).filter(|(site, free)| site.surface == surface && **free);
+                    let own = self
+                        .candidates
+                        .iter()
+                        .zip(&free)
+                        .filter(|(site, free)| site.surface == surface && **free);
                     let own: Vec<Site> = own.map(|(site, _)| *site).collect();
                     if own.is_empty() {
                         break;
@@ -503,7 +527,8 @@ fn inverse(information: &DMatrix<f64>) -> Option<(DMatrix<f64>, f64)> {
     if !scales.iter().all(|scale| scale.is_normal()) {
         return None;
     }
-    let scaled = DMatrix::from_fn(scales.len(), scales.len(), |i, j| information[(i, j)] / (scales[i] * scales[j]));
+    let scaled =
+        DMatrix::from_fn(scales.len(), scales.len(), |i, j| information[(i, j)] / (scales[i] * scales[j]));
     let cholesky = scaled.cholesky()?;
     let diagonal = cholesky.l_dirty().diagonal();
     if diagonal.min() < RANK_TOLERANCE * diagonal.max() {

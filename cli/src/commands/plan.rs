@@ -87,6 +87,8 @@ pub(crate) struct PlanRecord {
     pub(crate) least_redundancy: f64,
     /// Whether the count of touches allows that of every touch.
     pub(crate) redundancy_possible: bool,
+    /// Whether the measurement must tell approach directions: without them another frame fits as well.
+    pub(crate) approach_needed: bool,
     /// How far the frame would stand.
     pub(crate) trust: TrustRecord,
     pub(crate) warnings: Vec<WarningRecord>,
@@ -182,7 +184,9 @@ impl Args {
         }
         if let Some(target) = self.target {
             if setup.measurement.probe.sigma.is_none() {
-                return Err(missing_sigma("no sigma is stated, so no uncertainty can be aimed at".to_owned()));
+                return Err(missing_sigma(
+                    "no sigma is stated, so no uncertainty can be aimed at".to_owned(),
+                ));
             }
             return Ok(Wanted::Target(target / coverage_factor()));
         }
@@ -213,13 +217,18 @@ impl Args {
             points: points
                 .iter()
                 .zip(&plan.uncertainties)
-                .map(|(at, u)| PointRecord { at: (*at).into(), u: told(*u), u_over_sigma: u / sigma.unwrap_or(1.0) })
+                .map(|(at, u)| PointRecord {
+                    at: (*at).into(),
+                    u: told(*u),
+                    u_over_sigma: u / sigma.unwrap_or(1.0),
+                })
                 .collect(),
             worst: told(plan.worst()),
             naive_over_plan: plan.naive.map(|naive| naive / plan.worst()),
             random_median_over_plan: plan.random_median.map(|median| median / plan.worst()),
             least_redundancy: self.planning.redundancy(),
             redundancy_possible: plan.redundancy_possible,
+            approach_needed: plan.approach_needed,
             trust: TrustRecord::from(&plan.trust),
             warnings: setup.warnings().iter().map(WarningRecord::from).collect(),
         }

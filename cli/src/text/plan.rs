@@ -53,7 +53,10 @@ pub(crate) fn plan(record: &PlanRecord, look: Look) -> String {
 }
 
 fn times(ratio: Option<f64>) -> String {
-    ratio.map_or_else(|| "none (it leaves a motion free, or is out of reach)".to_owned(), |ratio| format!("{} times", short(ratio)))
+    ratio.map_or_else(
+        || "none (it leaves a motion free, or is out of reach)".to_owned(),
+        |ratio| format!("{} times", short(ratio)),
+    )
 }
 
 fn touches(sheet: &mut Sheet, record: &PlanRecord) {
@@ -89,7 +92,12 @@ fn points(sheet: &mut Sheet, record: &PlanRecord) {
     let rows = record.points.iter().map(|point| {
         let digits = decimals(point.u, length_decimals(record.units));
         let told = |factor: f64| point.u.map_or_else(|| "-".to_owned(), |u| fixed(factor * u, digits));
-        vec![triple(&point.at, length_decimals(record.units)), told(1.0), told(record.coverage_factor), short(point.u_over_sigma)]
+        vec![
+            triple(&point.at, length_decimals(record.units)),
+            told(1.0),
+            told(record.coverage_factor),
+            short(point.u_over_sigma),
+        ]
     });
     sheet.table(&header, rows.collect(), &[1, 2, 3]);
 }
@@ -100,6 +108,9 @@ fn basis(sheet: &mut Sheet, record: &PlanRecord) {
         None => String::new(),
     };
     sheet.prose(&format!("one frame stands. {}{second}", condition(&record.trust, record.units)));
+    if record.approach_needed {
+        sheet.prose("tell the approach directions with the touches: without them another frame fits as well");
+    }
     let least = record.least_redundancy;
     let unchecked = record.touches.iter().filter(|touch| touch.redundancy < least);
     let unchecked = unchecked.map(|touch| touch.index.to_string()).collect::<Vec<_>>().join(", ");

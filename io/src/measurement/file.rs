@@ -131,7 +131,7 @@ fn read_list_or_table(
             let mut records = Vec::new();
             let mut surfaces = Vec::new();
             for field in list.list("a list of touches, [[touch]]")? {
-                let (record, surface) = read_touch(source, &field)?;
+                let (record, surface) = read_touch(source, &field.table()?, &field.node.span)?;
                 records.push(record);
                 surfaces.push(surface);
             }
@@ -147,8 +147,17 @@ fn read_list_or_table(
     }
 }
 
-fn read_touch(source: &Source, field: &Field<'_>) -> Result<(TouchRecord, Range<usize>), InputError> {
-    let table = field.table()?;
+/// Reads a single touch.
+pub(super) fn read_line(source: &Source) -> Result<TouchRecord, InputError> {
+    let tree = tree::parse(source)?;
+    read_touch(source, &Table::root(source, &tree)?, &tree.span).map(|(record, _)| record)
+}
+
+fn read_touch(
+    source: &Source,
+    table: &Table<'_>,
+    span: &Range<usize>,
+) -> Result<(TouchRecord, Range<usize>), InputError> {
     table.only(TOUCH_KEYS)?;
     let surface = table.require("surface", "the name of a surface of the fixture")?;
     let at = table.require("at", "the tip centre [x, y, z]")?;
@@ -176,7 +185,7 @@ fn read_touch(source: &Source, field: &Field<'_>) -> Result<(TouchRecord, Range<
         approach: table.get("approach").map(|field| field.direction()).transpose()?,
         id: table.get("id").map(|field| field.text().map(str::to_owned)).transpose()?,
         placement: None,
-        line: Some(source.place(field.node.span.clone()).line),
+        line: Some(source.place(span.clone()).line),
     };
     Ok((record, surface.node.span.clone()))
 }

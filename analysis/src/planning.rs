@@ -44,7 +44,9 @@ const SAME: f64 = 1e-6;
 /// What redundancy numbers are asked for beyond the least, so that a layout which almost has them counts, and the weights
 /// with which the search asks: loose first, to come near without being caught.
 const CHECK_MARGIN: f64 = 0.005;
-const CHECK_WEIGHTS: [f64; 3] = [100.0, 1_000.0, 10_000.0];
+const CHECK_WEIGHTS: [f64; 4] = [100.0, 1_000.0, 10_000.0, 100_000.0];
+/// Designs that are followed from one weight to the next.
+const FOLLOWED: usize = 8;
 /// Random layouts with which a plan is compared; an odd number has a median.
 const RANDOM_LAYOUTS: u64 = 201;
 /// Draws for one touch of a random layout that a cone may refuse.
@@ -364,6 +366,7 @@ impl Planner<'_> {
             scene = scene.with_checks(Checks { least, weight });
             let again = found.into_iter().filter_map(|design| scene.design(design.sites));
             found = optima(&scene, again.collect(), counts);
+            found.truncate(FOLLOWED);
         }
         found.retain(|design| scene.least_redundancy(design) >= self.least_redundancy);
         found

@@ -161,7 +161,7 @@ fn the_next_touch_of_a_measurement() {
     assert!(number(&result["next"]["sigmas"]) > 0.0 && number(&result["next"]["frames"]) > 1.0, "{result}");
     let text = String::from_utf8(folder.run(&args, b"").stdout).unwrap();
     assert!(
-        text.contains("Ambiguous.") && text.contains("Touch next") && text.contains("in the parent"),
+        text.contains("Ambiguous.") && text.contains("Touch next") && text.contains("the parent tip centre"),
         "{text}"
     );
 }

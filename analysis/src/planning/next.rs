@@ -1,7 +1,7 @@
 //! The one touch that helps a measurement most.
 
 use nalgebra::{Point3, Unit, Vector3};
-use touchref_core::{Fixture, Frame, Probe, Problem, RANK_TOLERANCE, SolveError, Touch};
+use touchref_core::{Fixture, Frame, Probe, Problem, RANK_TOLERANCE, RootReport, SolveError, Touch};
 
 use super::{
     PlanError, Planner, Reach,
@@ -119,13 +119,13 @@ impl Planner<'_> {
     }
 
     /// The frames that survive a refusal of `problem`: those that the solver accepts when they are expected, and where it
-    /// accepts fewer than two, those that fit.
+    /// accepts fewer than two, the best root and the second minimum.
     #[must_use]
     pub fn surviving(&self, problem: &Problem<'_>, error: &SolveError) -> Vec<Frame> {
         /// Frames nearer than this, in parts of the fixture's size and radians, are one.
         const SAME: f64 = 1e-6;
-        /// A frame fits whose misfit, in standard deviations, is below the 1e-9 level of six degrees of freedom.
-        const FITS: f64 = 7.3;
+        /// A root farther than this from the second minimum leads to another one.
+        const APART: f64 = 0.05;
         let Some(refusal) = error.refusal() else { return Vec::new() };
         let second = refusal.trust.second_minimum.map(|second| second.frame);
         let distinct = |all: &mut dyn Iterator<Item = Frame>| {
@@ -144,8 +144,11 @@ impl Planner<'_> {
         if accepted.len() > 1 {
             return accepted;
         }
-        let fitting = refusal.roots.iter().filter(|root| root.misfit.is_none_or(|misfit| misfit < FITS));
-        distinct(&mut fitting.map(|root| root.frame).chain(second))
+        // Roots may crowd about one minimum: of them the best that is not the second minimum.
+        let Some(second) = second else { return accepted };
+        let other = |root: &&RootReport| root.frame.twist_to(&second).extent(self.fixture.size()) > APART;
+        let best = refusal.roots.iter().find(other).map(|root| root.frame);
+        best.into_iter().chain([second]).collect()
     }
 
     /// The touch whose readings differ most between `frames` that all fit `touches` (parent): the least difference

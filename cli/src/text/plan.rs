@@ -1,5 +1,7 @@
 //! Where to touch, for people.
 
+use touchref::analysis::planning::REDUNDANCY_ROUNDING;
+
 use super::{
     Look,
     number::{decimals, fixed, short, short_or_dash},
@@ -112,7 +114,7 @@ fn basis(sheet: &mut Sheet, record: &PlanRecord) {
         sheet.prose("tell the approach directions with the touches: without them another frame fits as well");
     }
     let least = record.least_redundancy;
-    let unchecked = record.touches.iter().filter(|touch| touch.redundancy < least);
+    let unchecked = record.touches.iter().filter(|touch| touch.redundancy < least - REDUNDANCY_ROUNDING);
     let unchecked = unchecked.map(|touch| touch.index.to_string()).collect::<Vec<_>>().join(", ");
     if unchecked.is_empty() {
         sheet.prose(&format!("every touch is checked by the others: redundancy {least} or more"));

@@ -130,10 +130,10 @@ fn within(surface: &Surface, point: &Point3<f64>) -> bool {
         (Shape::Plane { point: middle, .. }, Extent::Disc { radius }) => {
             between((point - middle).norm(), 0.0, radius)
         }
-        (Shape::Cylinder { point: start, axis, .. }, Extent::Along { from, to })
-        | (Shape::Cone { apex: start, axis, .. }, Extent::Along { from, to }) => {
-            between(axis.dot(&(point - start)), from, to)
-        }
+        (
+            Shape::Cylinder { point: start, axis, .. } | Shape::Cone { apex: start, axis, .. },
+            Extent::Along { from, to },
+        ) => between(axis.dot(&(point - start)), from, to),
         (Shape::Sphere { center, .. }, Extent::Cap { axis, half_angle }) => {
             between(axis.angle(&(point - center)), 0.0, half_angle)
         }

@@ -131,24 +131,21 @@ fn basis(sheet: &mut Sheet, record: &PlanRecord) {
 pub(crate) fn next(record: &NextRecord, look: Look) -> String {
     let mut sheet = Sheet::new(look);
     let (units, next) = (record.units, &record.next);
-    match next.effect {
-        "separates" => {
-            let rest = format!(
-                "{} frames fit the touches. What this one reads differs between any two of them by {} standard deviations or \
-                 more.",
-                next.frames,
-                short_or_dash(next.sigmas)
-            );
-            sheet.verdict(BAD, "Ambiguous.", &rest);
-        }
-        _ => {
-            let rest = format!(
-                "With one more touch the standard uncertainty at the worst point of use goes from {} to {} {units}.",
-                short_or_dash(next.worst_before),
-                short_or_dash(next.worst_after)
-            );
-            sheet.verdict(GOOD, "One frame fits.", &rest);
-        }
+    if next.effect == "separates" {
+        let rest = format!(
+            "{} frames fit the touches. What this one reads differs between any two of them by {} standard deviations or \
+             more.",
+            next.frames,
+            short_or_dash(next.sigmas)
+        );
+        sheet.verdict(BAD, "Ambiguous.", &rest);
+    } else {
+        let rest = format!(
+            "With one more touch the standard uncertainty at the worst point of use goes from {} to {} {units}.",
+            short_or_dash(next.worst_before),
+            short_or_dash(next.worst_after)
+        );
+        sheet.verdict(GOOD, "One frame fits.", &rest);
     }
     sheet.heading("Touch next");
     sheet.prose(&place(next, units));
@@ -159,19 +156,18 @@ pub(crate) fn next(record: &NextRecord, look: Look) -> String {
 pub(crate) fn place(next: &NextTouch, units: &str) -> String {
     let digits = length_decimals(units);
     let PlaceRecord { surface, contact, approach, parent, .. } = &next.place;
-    let mut sentence = format!(
-        "`{surface}` at ({}) {units} of the fixture, approach ({})",
-        commas(contact, digits),
-        commas(approach, DIRECTION_DIGITS)
-    );
-    if let Some(parent) = parent {
-        sentence += &format!(
+    let expected = parent.as_ref().map_or(String::new(), |parent| {
+        format!(
             "; in the parent tip centre ({}), approach ({})",
             commas(&parent.tip, digits),
             commas(&parent.approach, DIRECTION_DIGITS)
-        );
-    }
-    sentence
+        )
+    });
+    format!(
+        "`{surface}` at ({}) {units} of the fixture, approach ({}){expected}",
+        commas(contact, digits),
+        commas(approach, DIRECTION_DIGITS)
+    )
 }
 
 fn triple(numbers: &[f64; 3], digits: usize) -> String {

@@ -128,6 +128,9 @@ fn exhaustive(fixture: &dyn Fixture, counts: &[usize], grid: &[(f64, f64)], poin
     sums.iter().map(|sum| worst(sum, points)).fold(f64::INFINITY, f64::min)
 }
 
+/// A kind of fixture, touches on each surface, and a grid on each.
+type Case<'a> = (&'a str, &'a [usize], &'a [(f64, f64)]);
+
 #[test]
 fn plans_are_as_good_as_exhaustive_search() {
     /// Of the acceptance of a plan.
@@ -136,7 +139,7 @@ fn plans_are_as_good_as_exhaustive_search() {
     let rim: Vec<(f64, f64)> = around(8, 1.0).collect();
     let ends: Vec<(f64, f64)> = around(6, 0.0).chain(around(6, 1.0)).collect();
     let solver = support::solver("least-squares");
-    let cases: [(&str, &[usize], &[(f64, f64)]); 7] = [
+    let cases: [Case; 7] = [
         ("cylinder-plane", &[4, 3], &ends),
         ("cube", &[3, 0, 2, 0, 1, 0], &rim),
         ("cube", &[3, 0, 2, 0, 2, 0], &rim),

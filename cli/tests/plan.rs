@@ -104,12 +104,13 @@ fn a_written_measurement_is_filled_in() {
     let mut filled = String::new();
     for (index, line) in table.lines().enumerate() {
         if index == 0 {
-            filled += &format!("{line}\n");
+            filled.push_str(line);
+            filled.push('\n');
             continue;
         }
         let [x, y, z] = triple(&result["touches"][index - 1]["parent"]["tip"]);
         measurement = measurement.replacen("at = \"?\"", &format!("at = [{x}, {y}, {z}]"), 1);
-        filled += &line.replacen(",,,", &format!(",{x},{y},{z}"), 1).replacen(",,", ",", 0);
+        filled.push_str(&line.replacen(",,,", &format!(",{x},{y},{z}"), 1));
         filled.push('\n');
     }
     let folder = folder.with("p.toml", measurement).with("p.csv", filled);

@@ -139,7 +139,7 @@ fn plans_are_as_good_as_exhaustive_search() {
     let rim: Vec<(f64, f64)> = around(8, 1.0).collect();
     let ends: Vec<(f64, f64)> = around(6, 0.0).chain(around(6, 1.0)).collect();
     let solver = support::solver("least-squares");
-    let cases: [Case; 7] = [
+    let cases: [Case<'_>; 7] = [
         ("cylinder-plane", &[4, 3], &ends),
         ("cube", &[3, 0, 2, 0, 1, 0], &rim),
         ("cube", &[3, 0, 2, 0, 2, 0], &rim),

@@ -47,7 +47,7 @@ pub const REDUNDANCY_ROUNDING: f64 = 5e-4;
 /// Weights with which the search asks for redundancy numbers: loose first, to come near without being caught.
 const CHECK_WEIGHTS: [f64; 5] = [100.0, 1_000.0, 10_000.0, 100_000.0, 1_000_000.0];
 /// Designs that are followed from one weight to the next.
-const FOLLOWED: usize = 8;
+const FOLLOWED: usize = 3;
 /// Random layouts with which a plan is compared; an odd number has a median.
 const RANDOM_LAYOUTS: u64 = 201;
 /// Draws for one touch of a random layout that a cone may refuse.
@@ -330,7 +330,8 @@ impl Planner<'_> {
         let asked = self.least_redundancy > 0.0;
         let mut possible = asked && self.least_redundancy * touches as f64 <= spare;
         if possible {
-            let checked = self.checked(scene, [starts.as_slice(), &designs].concat(), counts);
+            let checked =
+                self.checked(scene, [&starts, &designs[..designs.len().min(FOLLOWED)]].concat(), counts);
             possible = !checked.is_empty();
             if possible {
                 designs = checked;

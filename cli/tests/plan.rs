@@ -27,7 +27,18 @@ fn triple(value: &Value) -> [f64; 3] {
 #[test]
 fn a_plan_tells_touches_uncertainties_and_other_layouts() {
     let folder = folder();
-    let args = ["plan", "m.toml", "--touches-per-surface", "3,0,2,0,2,0", "--at", "0,0,500", "--near", NEAR];
+    let args = [
+        "plan",
+        "m.toml",
+        "--touches-per-surface",
+        "3,0,2,0,2,0",
+        "--at",
+        "0,0,500",
+        "--redundancy",
+        "0",
+        "--near",
+        NEAR,
+    ];
     let (status, result) = folder.json(&args, b"");
     assert_eq!((status, result["schema"].as_str()), (0, Some("touchref.plan/1")), "{result}");
     let touches = result["touches"].as_array().unwrap();
@@ -79,6 +90,8 @@ fn a_written_measurement_is_filled_in() {
         "m.toml",
         "--touches-per-surface",
         "3,0,2,0,2,0",
+        "--redundancy",
+        "0",
         "-o",
         "p.toml",
         "--table",
@@ -211,7 +224,7 @@ fn wrong_arguments_are_told() {
     let (status, result) = bare.json(&["plan", "n.toml", "--target", "1"], b"");
     assert_eq!((status, result["error"]["key"].as_str()), (2, Some("probe.sigma")), "{result}");
     // A probe so rough that no layout stands.
-    let (status, result) = bare.json(&["plan", "m.toml", "--sigma", "0.4"], b"");
-    assert_eq!(status, 1, "{result}");
-    assert!(bare.run(&["plan", "m.toml", "--sigma", "0.4"], b"").stdout.is_empty());
+    let output = bare.run(&["plan", "m.toml", "--sigma", "0.4", "--redundancy", "0"], b"");
+    assert_eq!((output.status.code(), output.stdout.as_slice()), (Some(1), &b""[..]));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("No plan:"), "{output:?}");
 }

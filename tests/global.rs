@@ -9,7 +9,7 @@ use support::certify::{SIGMA, agreement, completeness, measurement, roots};
 use touchref::{Parameters, Problem, registry};
 
 /// Measurements of each layout.
-const AGREEMENT_TRIALS: u64 = 60;
+const AGREEMENT_TRIALS: u64 = 40;
 const COMPLETENESS_TRIALS: u64 = 150;
 
 #[test]

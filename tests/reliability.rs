@@ -81,7 +81,12 @@ fn seven_touches_detect_and_do_not_locate() {
         let Some(check) = &checked.check else { continue };
         let others = told.observations.iter().filter(|other| other.check.is_some()).count() - 1;
         assert_eq!(check.confusions.len(), others);
-        assert!(check.confusions.iter().all(|confusion| confusion.always && confusion.chance == 0.5));
+        assert!(
+            check
+                .confusions
+                .iter()
+                .all(|confusion| confusion.always && (confusion.chance - 0.5).abs() < 1e-12)
+        );
     }
     // By normal equations of this test's own.
     let jacobian = DMatrix::from_fn(7, 6, |row, column| {

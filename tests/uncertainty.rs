@@ -13,8 +13,9 @@ use touchref::{
     Fixture, Frame, Probe, Problem, Touch, Unknown,
     analysis::{
         Study, StudyLayout, Uncertainty, UncertaintyError,
+        propagation::{Interval, MonteCarlo, Trials, Validation},
         simulation::{Layout, generator, random_frame, random_layout, simulate},
-        uncertainty::{Source, coverage_factor},
+        uncertainty::{Draws, Source},
     },
     registry,
     solvers::refinement::refine,
@@ -51,7 +52,7 @@ fn points_scatter_as_predicted() {
         let layout = StudyLayout::Fixed(fixture.nominal_layout());
         let study = Study {
             fixture: &*fixture,
-            plugin: &plugin,
+            plugin,
             solver: &*solver,
             layout,
             probe: PROBE,
@@ -135,22 +136,87 @@ fn expanded_uncertainties_cover_as_stated() {
     }
 }
 
-/// Quantiles of Student's and of the normal distribution as GUM, table G.2, prints them.
+/// Draws of all that is uncertain agree with what is told to first order; where noise bends the distances they do not.
 #[test]
-fn coverage_factors_are_those_of_printed_tables() {
-    let table = [
-        (0.95, Some(1), 12.71),
-        (0.95, Some(2), 4.30),
-        (0.95, Some(5), 2.57),
-        (0.95, Some(20), 2.09),
-        (0.99, Some(10), 3.17),
-        (0.6827, Some(3), 1.20),
-        (0.95, None, 1.960),
-        (0.9973, None, 3.000),
-    ];
-    for (probability, degrees, printed) in table {
-        let factor = coverage_factor(probability, degrees);
-        assert!((factor - printed).abs() <= 0.005, "{probability}, {degrees:?}: {factor}");
+fn draws_validate_first_order_where_it_is_true() {
+    let registry = registry().unwrap();
+    for (kind, sigma, valid) in [
+        ("cylinder-plane", SIGMA, true),
+        ("three-sphere", SIGMA, true),
+        ("cube", SIGMA, true),
+        ("composite", SIGMA, true),
+        ("three-sphere", 60.0 * SIGMA, false),
+    ] {
+        let plugin = registry.fixture(kind).unwrap();
+        let fixture = plugin.build(&support::uncertain(kind)).unwrap();
+        let probe = Probe { sigma: Some(sigma), ..PROBE };
+        let truth = random_frame(100.0, &mut generator(51, 1));
+        let layout = fixture.nominal_layout();
+        let touches = simulate(&*fixture, &layout, &truth, &probe, sigma, &mut generator(51, 2));
+        let problem = Problem::new(&*fixture, &touches, probe).unwrap();
+        let frame = refined(&problem, &truth);
+        let uncertainty = Uncertainty::of(&problem, &frame).unwrap();
+        let points = points();
+        let estimator = |problem: &Problem<'_>, near: &Frame| Some(refined(problem, near));
+        let draws = Draws {
+            problem: &problem,
+            plugin,
+            frame: &frame,
+            points: &points,
+            estimator: &estimator,
+            of_residuals: None,
+        };
+        let trials = Trials::Adaptive { most: 100_000 };
+        let method =
+            MonteCarlo { probability: 0.95, digits: 1, seed: 6, trials, interval: Interval::Symmetric };
+        let drawn = method.run(draws.outputs(), &|rng, row| draws.draw(rng, row), &|_| ()).unwrap();
+        assert_eq!(drawn.failed, 0);
+        let told = points.iter().map(|point| uncertainty.of_point(point)).chain([uncertainty.of_turn()]);
+        let mut all = true;
+        for (u, output) in told.flat_map(|spread| spread.along_axes()).zip(&drawn.outputs) {
+            let half = uncertainty.coverage_factor(0.95) * u;
+            all &= Validation::new([-half, half], [output.low, output.high], u, 1).unwrap().validated();
+        }
+        assert_eq!(all, valid, "{kind}, sigma {sigma}");
+    }
+}
+
+/// A sigma that five residuals tell: draws have Student's distribution, as the first order says.
+#[test]
+fn draws_know_how_little_residuals_tell() {
+    let fixture = support::cylinder_plane(20.0, 45.0);
+    let probe = Probe { sigma: None, tip_radius_u: 0.0, ..PROBE };
+    let layout = random_layout(&*fixture, &[7, 4], &mut generator(61, 0));
+    let truth = random_frame(100.0, &mut generator(61, 1));
+    let touches = simulate(&*fixture, &layout, &truth, &probe, SIGMA, &mut generator(61, 2));
+    let problem = Problem::new(&*fixture, &touches, probe).unwrap();
+    let frame = refined(&problem, &truth);
+    let uncertainty = Uncertainty::of(&problem, &frame).unwrap();
+    let registry = registry().unwrap();
+    let draws = Draws {
+        problem: &problem,
+        plugin: registry.fixture("cylinder-plane").unwrap(),
+        frame: &frame,
+        points: &[Point3::origin()],
+        estimator: &|problem, near| Some(refined(problem, near)),
+        of_residuals: Some((uncertainty.sigma_of_residuals(), 5)),
+    };
+    let method = MonteCarlo {
+        probability: 0.95,
+        digits: 1,
+        seed: 7,
+        trials: Trials::Fixed(100_000),
+        interval: Interval::Symmetric,
+    };
+    let drawn = method.run(draws.outputs(), &|rng, row| draws.draw(rng, row), &|_| ()).unwrap();
+    for (u, output) in uncertainty.of_point(&Point3::origin()).along_axes().into_iter().zip(&drawn.outputs) {
+        // Student's distribution with five degrees of freedom has the variance 5/3 and the 97.5 % quantile 2.5706.
+        assert!((output.u / u - (5.0_f64 / 3.0).sqrt()).abs() < 0.02, "{} {u}", output.u);
+        assert!(
+            (output.high / u - 2.5706).abs() < 0.04 && (output.low / u + 2.5706).abs() < 0.04,
+            "{}",
+            output.high
+        );
     }
 }
 

@@ -283,7 +283,7 @@ impl Study<'_> {
     /// The fixture as it truly is in a trial; `None` where it is what it is known to be.
     fn true_fixture(&self, trial: u64, rng: &mut impl Rng) -> Result<Option<Box<dyn Fixture>>, StudyError> {
         let known = self.fixture.parameters();
-        let drawn = drawn_parameters(known, rng);
+        let drawn = drawn_parameters(known, Drawn::Exact, rng);
         if drawn == *known {
             return Ok(None);
         }
@@ -332,12 +332,26 @@ pub(crate) fn drawn_from(value: f64, u: f64, rng: &mut impl Rng) -> f64 {
     if u > 0.0 { value + u * rng.sample::<f64, _>(StandardNormal) } else { value }
 }
 
-/// Parameters as they truly are: each uncertain number drawn, those in tables, too.
-pub(crate) fn drawn_parameters(known: &Parameters, rng: &mut impl Rng) -> Parameters {
+/// How sure drawn parameters are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Drawn {
+    /// They are the true ones.
+    Exact,
+    /// They could have been stated in the place of the known ones, as uncertain as these.
+    AsStated,
+}
+
+/// Parameters as they may be: each uncertain number drawn, those in tables, too.
+pub(crate) fn drawn_parameters(known: &Parameters, drawn_as: Drawn, rng: &mut impl Rng) -> Parameters {
     known.iter().fold(Parameters::new(), |drawn, (name, value)| match value {
-        Value::Number { value, u } if *u > 0.0 => drawn.with(name, drawn_from(*value, *u, rng)),
+        Value::Number { value, u } if *u > 0.0 => {
+            let value = drawn_from(*value, *u, rng);
+            let u = if drawn_as == Drawn::Exact { 0.0 } else { *u };
+            drawn.with(name, Value::Number { value, u })
+        }
         Value::Tables(tables) => {
-            let tables: Vec<Parameters> = tables.iter().map(|table| drawn_parameters(table, rng)).collect();
+            let of_table = |table| drawn_parameters(table, drawn_as, rng);
+            let tables: Vec<Parameters> = tables.iter().map(of_table).collect();
             drawn.with(name, tables)
         }
         other => drawn.with(name, other.clone()),

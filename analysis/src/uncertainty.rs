@@ -126,6 +126,12 @@ impl Uncertainty {
         self.degrees_of_freedom
     }
 
+    /// Standard deviation of a touch as the residuals tell it, where no sigma is stated; else 1.
+    #[must_use]
+    pub fn sigma_of_residuals(&self) -> f64 {
+        self.variance.sqrt()
+    }
+
     /// By which a standard uncertainty is multiplied for an interval that covers with this probability, in `(0, 1)`.
     #[must_use]
     pub fn coverage_factor(&self, probability: f64) -> f64 {

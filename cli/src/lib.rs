@@ -20,6 +20,7 @@ mod layout;
 mod output;
 mod planning;
 mod points;
+mod samples;
 mod setup;
 mod text;
 

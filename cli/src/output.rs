@@ -23,7 +23,7 @@ pub(crate) struct Output {
     result: Writer,
     /// For standard error, one line each.
     notes: Vec<String>,
-    /// Exit status.
+    /// The exit status.
     status: u8,
 }
 
@@ -67,7 +67,7 @@ impl Output {
         Self::bytes(json(record))
     }
 
-    /// With this exit status.
+    /// The same with another exit status than 0.
     pub(crate) fn with_status(self, status: u8) -> Self {
         Self { status, ..self }
     }
@@ -87,17 +87,14 @@ pub(crate) fn json(record: &impl Serialize) -> String {
 
 /// Prints what a subcommand came to, and returns the exit status.
 pub(crate) fn print(outcome: Result<Output, Failure>, json_errors: bool) -> u8 {
-    let (output, status) = match outcome {
-        Ok(output) => {
-            let status = output.status;
-            (output, status)
-        }
+    let output = match outcome {
+        Ok(output) => output,
         Err(failure) if failure.is_help() => {
             // clap colours and pages its own help; it knows the terminal as well as anyone.
             let Failure::Call(help) = &failure else { return failure.status() };
             return after_writing(help.print(), failure.status());
         }
-        Err(failure) if json_errors => (Output::json(&failure.record()), failure.status()),
+        Err(failure) if json_errors => Output::json(&failure.record()).with_status(failure.status()),
         Err(failure) => {
             note(&text::failure(&failure, Look::of(&io::stderr())));
             return failure.status();
@@ -108,7 +105,7 @@ pub(crate) fn print(outcome: Result<Output, Failure>, json_errors: bool) -> u8 {
     for line in output.notes {
         note(&(line + "\n"));
     }
-    after_writing(written, status)
+    after_writing(written, output.status)
 }
 
 /// A bar for so many steps of long work, on standard error where that is a terminal.
@@ -122,7 +119,7 @@ pub(crate) fn progress(steps: u64) -> ProgressBar {
 }
 
 /// Writes to standard error; there is nobody left to tell when that fails.
-fn note(text: &str) {
+pub(crate) fn note(text: &str) {
     let _ = AutoStream::auto(io::stderr().lock()).write_all(text.as_bytes());
 }
 

@@ -1,6 +1,42 @@
 //! Where a frame is used: points that move with the fixture.
 
 use nalgebra::Point3;
+use touchref::{Registry, Solution};
+
+use crate::{
+    failure::Failure,
+    setup::{MeasurementArgs, NearArgs, Setup, SolverArgs},
+};
+
+/// A measurement, and where its frame is used.
+#[derive(Debug, clap::Args)]
+pub(crate) struct UseArgs {
+    #[command(flatten)]
+    measurement: MeasurementArgs,
+    #[command(flatten)]
+    near: NearArgs,
+    #[command(flatten)]
+    points: PointArgs,
+}
+
+/// A measurement whose frame was accepted, and where that is used.
+#[derive(Debug)]
+pub(crate) struct InUse {
+    pub(crate) setup: Setup,
+    pub(crate) solution: Solution,
+    pub(crate) points: Vec<Point3<f64>>,
+}
+
+impl UseArgs {
+    /// Locates the fixture with the default solver.
+    pub(crate) fn locate(&self, registry: &Registry) -> Result<InUse, Failure> {
+        let solver = SolverArgs::default().build(registry, &[])?;
+        let near = self.near.frame()?;
+        let setup = self.measurement.load(registry)?;
+        let solution = setup.solve(&*solver, near)?;
+        Ok(InUse { setup, solution, points: self.points.points() })
+    }
+}
 
 /// Points of use, from the arguments.
 #[derive(Debug, clap::Args)]

@@ -1,9 +1,12 @@
 //! Results and failures for people.
 
 mod calibration;
+mod comparison;
 mod element;
 mod failure;
+mod gauge;
 mod guide;
+mod history;
 mod number;
 mod plan;
 mod plugins;
@@ -11,16 +14,21 @@ mod reliability;
 mod sheet;
 mod solution;
 mod study;
+mod uncertainty;
 
 pub(crate) use calibration::calibration;
+pub(crate) use comparison::comparison;
 pub(crate) use element::element;
 pub(crate) use failure::failure;
+pub(crate) use gauge::gauge;
 pub(crate) use guide::answer;
+pub(crate) use history::history;
 pub(crate) use plan::{next, plan};
 pub(crate) use plugins::{description, listing};
 pub(crate) use reliability::reliability;
 pub(crate) use solution::solution;
 pub(crate) use study::study;
+pub(crate) use uncertainty::uncertainty;
 
 /// How text may look where it is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,6 +8,7 @@
 mod common;
 
 use common::{Folder, TABLE, paper, without_touches};
+use rayon::prelude::*;
 
 /// The paper's measurement with a part replaced:
 /// name | part | replacement | code | place | key | nearest
@@ -151,6 +152,17 @@ study, counts of one    | study m.toml --layout random --touches-per-surface 4  
 study, nothing touched  | study m.toml --layout random --touches-per-surface 0,0 | too-few-touches |         |
 study, radius negative  | study m.toml --layout nominal -p radius=1+-1  | invalid-input   | fixture.radius   |
 study, endless          | study m.toml --layout nominal -p radius=1+-1 --trials 18446744073709551615 | invalid-input | fixture.radius |
+uncertainty, no draws   | uncertainty m.toml --samples 0                | usage           | --samples <N>    |
+uncertainty, few draws  | uncertainty m.toml --samples 50               | invalid-input   | samples          |
+uncertainty, endless    | uncertainty m.toml --samples 18446744073709551615 | usage       | --samples <N>    |
+uncertainty, samples a word | uncertainty m.toml --samples atuo         | usage           | --samples <N>    |
+uncertainty, certainty  | uncertainty m.toml --probability 1            | usage           | --probability <P> |
+uncertainty, digits 3   | uncertainty m.toml --digits 3                 | usage           | --digits <N>     |
+uncertainty, half a point | uncertainty m.toml --at 1,2                 | usage           | --at <X,Y,Z>     |
+uncertainty, no point   | uncertainty m.toml --at 1,2,nan               | usage           | --at <X,Y,Z>     |
+uncertainty, no frame   | uncertainty m.toml --near 1,2,3               | invalid-input   | near             |
+reliability, alpha 0    | reliability m.toml --alpha 0                  | usage           | --alpha <A>      |
+reliability, power 1    | reliability m.toml --power 1                  | usage           | --power <P>      |
 study, no measurement   | study --fixture cylinder-plane -p radius=1 --layout measurement --sigma 1 | too-few-touches | |
 unknown subcommand      | lcate m.toml                                  | usage           | lcate            | locate
 unknown option          | locate m.toml --solvr x                       | usage           | --solvr          | --solver
@@ -258,29 +270,31 @@ fn binary() -> Vec<Case> {
     ]
 }
 
+/// What is told of a case, if that is not what is to be told.
+fn wrong(case: &Case) -> Option<String> {
+    let folder = Folder::new().with(case.file, &case.content);
+    let args: Vec<&str> = case.args.iter().map(String::as_str).collect();
+    let (status, printed) = folder.json(&args, &case.stdin);
+    let error = &printed["error"];
+    let number = |key: &str| error[key].as_u64().unwrap_or(0);
+    let text = |key: &str| error[key].as_str().unwrap_or("").to_owned();
+    let told = (text("code"), number("line"), number("column"), text("key"), text("nearest"));
+    let plain = folder.run(&args, &case.stdin);
+    let complaint = String::from_utf8_lossy(&plain.stderr);
+    let sound = (status, plain.status.code()) == (2, Some(2))
+        && printed["schema"] == "touchref.error/1"
+        && !text("message").is_empty()
+        && plain.stdout.is_empty()
+        && !complaint.is_empty()
+        && complaint.is_ascii()
+        && !complaint.contains("panicked");
+    (told != case.told || !sound)
+        .then(|| format!("{}: {told:?}, expected {:?}\n{complaint}", case.name, case.told))
+}
+
 #[test]
 fn every_error_is_told_by_code_place_key_and_nearest_name() {
-    let mut wrong = Vec::new();
-    for case in edited().chain(whole()).chain(tables()).chain(calls()).chain(binary()) {
-        let folder = Folder::new().with(case.file, &case.content);
-        let args: Vec<&str> = case.args.iter().map(String::as_str).collect();
-        let (status, printed) = folder.json(&args, &case.stdin);
-        let error = &printed["error"];
-        let number = |key: &str| error[key].as_u64().unwrap_or(0);
-        let text = |key: &str| error[key].as_str().unwrap_or("").to_owned();
-        let told = (text("code"), number("line"), number("column"), text("key"), text("nearest"));
-        let plain = folder.run(&args, &case.stdin);
-        let complaint = String::from_utf8_lossy(&plain.stderr);
-        let sound = (status, plain.status.code()) == (2, Some(2))
-            && printed["schema"] == "touchref.error/1"
-            && !text("message").is_empty()
-            && plain.stdout.is_empty()
-            && !complaint.is_empty()
-            && complaint.is_ascii()
-            && !complaint.contains("panicked");
-        if told != case.told || !sound {
-            wrong.push(format!("{}: {told:?}, expected {:?}\n{complaint}", case.name, case.told));
-        }
-    }
+    let cases: Vec<Case> = edited().chain(whole()).chain(tables()).chain(calls()).chain(binary()).collect();
+    let wrong: Vec<String> = cases.par_iter().filter_map(wrong).collect();
     assert!(wrong.is_empty(), "{} cases\n{}", wrong.len(), wrong.join("\n"));
 }

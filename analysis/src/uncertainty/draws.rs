@@ -7,7 +7,7 @@ use touchref_core::{FixturePlugin, Frame, Probe, Problem, Touch};
 
 use crate::{
     simulation::noise,
-    study::{drawn_from, drawn_parameters},
+    study::{Drawn, drawn_from, drawn_parameters},
 };
 
 /// From a measurement and a frame nearby to its maximum-likelihood frame, if there is one.
@@ -66,7 +66,7 @@ impl Draws<'_> {
         let touches: Vec<Touch> = problem.touches().iter().map(err).collect();
         let weighed = self.of_residuals.is_none();
         let known = problem.fixture().parameters();
-        let drawn = if weighed { drawn_parameters(known, rng) } else { known.clone() };
+        let drawn = if weighed { drawn_parameters(known, Drawn::AsStated, rng) } else { known.clone() };
         let other = if drawn == *known { None } else { Some(self.plugin.build(&drawn).ok()?) };
         let fixture = other.as_deref().unwrap_or(problem.fixture());
         let Probe { tip_radius, tip_radius_u, .. } = *problem.probe();

@@ -21,8 +21,8 @@ use crate::{
     args::Format,
     failure::Failure,
     output::Output,
-    points::PointArgs,
-    setup::{MeasurementArgs, NearArgs, SolverArgs, missing_sigma},
+    points::{InUse, UseArgs},
+    setup::missing_sigma,
     text::{self, Look},
 };
 
@@ -37,11 +37,7 @@ pub(crate) const WEAK: f64 = 0.1;
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     #[command(flatten)]
-    measurement: MeasurementArgs,
-    #[command(flatten)]
-    near: NearArgs,
-    #[command(flatten)]
-    points: PointArgs,
+    of: UseArgs,
     /// Chance at which a sound touch is called bad
     #[arg(long, value_name = "A", default_value_t = Test::default().alpha, value_parser = chance)]
     alpha: f64,
@@ -123,13 +119,9 @@ pub(crate) struct ConfusionRecord {
 impl Args {
     pub(crate) fn run(self, registry: &Registry) -> Result<Output, Failure> {
         let test = Test { alpha: self.alpha, power: self.power };
-        let solver = SolverArgs::default().build(registry, &[])?;
-        let near = self.near.frame()?;
-        let setup = self.measurement.load(registry)?;
-        let frame = setup.solve(&*solver, near)?.frame;
-        let problem = setup.problem()?;
+        let InUse { setup, solution, points } = self.of.locate(registry)?;
+        let (frame, problem) = (solution.frame, setup.problem()?);
         let reliability = Reliability::of(&problem, &frame, test).map_err(failure)?;
-        let points = self.points.points();
         let shift = |motion: Vector6<f64>| {
             let at = |point: &Point3<f64>| (lever(&frame, point) * motion).norm();
             ShiftRecord { motion: motion.into(), at_points: points.iter().map(at).collect() }

@@ -146,12 +146,13 @@ pub enum PlanError {
     NoLayout,
     /// The target is not met.
     #[error(
-        "not met with up to {touches} touches: the least worst-case standard uncertainty planned is {reached:.3e}, the target is {target:.3e}"
+        "{touches} touches reach a worst-case standard uncertainty of {reached:.3e}, the target is {target:.3e}; more than \
+         {MOST_TOUCHES} would be needed, if any number does"
     )]
     NotMet {
-        /// The most that were tried.
+        /// Of the plans that were made, how many touches the surest has.
         touches: usize,
-        /// What they reach.
+        /// What these reach.
         reached: f64,
         /// What was asked for.
         target: f64,
@@ -230,7 +231,7 @@ impl Planner<'_> {
     fn fewest(&self, problem: &Problem<'_>, target: f64) -> Result<Plan, PlanError> {
         let requirement = self.fixture.requirement();
         let least = requirement.alternatives.iter().map(|need| need.iter().sum()).min().unwrap_or(0);
-        let mut reached = f64::INFINITY;
+        let (mut touches, mut reached) = (0, f64::INFINITY);
         let mut total = least.max(requirement.total).max(1);
         while total <= MOST_TOUCHES {
             let mut next = total + 1;
@@ -238,7 +239,9 @@ impl Planner<'_> {
             match self.of_total(scene, total) {
                 Ok(plan) if plan.worst() <= target => return Ok(plan),
                 Ok(plan) => {
-                    reached = reached.min(plan.worst());
+                    if plan.worst() < reached {
+                        (touches, reached) = (total, plan.worst());
+                    }
                     // Variances fall with the count of touches, and not much faster.
                     let wanted = total as f64 * (plan.worst() / target).powi(2) / FASTER;
                     // A count beyond all reason is cut off by the cast.
@@ -252,7 +255,7 @@ impl Planner<'_> {
             }
             total = next;
         }
-        Err(PlanError::NotMet { touches: MOST_TOUCHES, reached, target })
+        Err(PlanError::NotMet { touches, reached, target })
     }
 
     fn of_total(&self, scene: Scene<'_>, total: usize) -> Result<Plan, PlanError> {

@@ -3,6 +3,8 @@
 
 mod common;
 
+use std::{fs, path::Path};
+
 use common::{Folder, TABLE, without_touches};
 use serde_json::Value;
 
@@ -65,6 +67,68 @@ fn a_scripted_run_from_the_first_touch_to_the_stop() {
         assert!(line.starts_with(beginning), "{line}\n{beginning}");
     }
     assert!(lines[7].ends_with("Done.") && text.contains("Frame found."), "{text}");
+}
+
+/// Every message of a run, as it stands in `transcripts/`: simulated touches, with two lines that are wrong and one touch
+/// that is taken back, until the target is met half a length away.
+#[test]
+fn every_message_of_a_scripted_run() {
+    let [measurement, touches, transcript] = ["toml", "csv", "txt"].map(|kind| {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/transcripts/guide").with_extension(kind);
+        fs::read_to_string(path).unwrap()
+    });
+    let folder = Folder::new().with("m.toml", measurement);
+    let args = ["guide", "m.toml", "--at", "200,0,0", "--target", "1", "--near", "0,0,0,0,0,0,1"];
+    let output = folder.run(&args, touches.as_bytes());
+    assert_eq!(output.status.code(), Some(0));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let (messages, frame) = text.split_once("\n\n").unwrap();
+    for (told, expected) in messages.lines().zip(transcript.lines()) {
+        assert_eq!(told, expected);
+    }
+    assert_eq!(messages.lines().count(), transcript.lines().count());
+    assert!(frame.starts_with("Frame found."), "{frame}");
+}
+
+/// What is told of touches that give no frame yet, and what to do about it.
+#[test]
+fn refusals_say_where_to_touch_next() {
+    let folder = Folder::new().with("m.toml", without_touches());
+    let wrong = TABLE.replace("2.9270", "2.9470");
+    for (table, sigma, parts) in [
+        (
+            TABLE,
+            "0.016",
+            [
+                "touch 6 on `plane`: more than one frame fits: the next best would be excluded only up to a sigma of 0.01373, \
+                 the stated is 0.01600. Touch next: `",
+                " standard deviations).",
+            ],
+        ),
+        (
+            wrong.as_str(),
+            "0.00005",
+            [
+                "touch 6 on `plane`: the touches contradict the fixture: chi-square 22424 with 1 degree of freedom",
+                "Touch there again, or `undo` it. Touch next: `",
+            ],
+        ),
+        (
+            TABLE,
+            "0.16",
+            [
+                "touch 6 on `plane`: the layout of the touches leaves a motion free: rotation of `plane` about the line",
+                "Touch next: `",
+            ],
+        ),
+    ] {
+        let output = folder.run(&["guide", "m.toml", "--sigma", sigma], table.as_bytes());
+        assert_eq!(output.status.code(), Some(1));
+        let text = String::from_utf8(output.stdout).unwrap();
+        let last: Vec<&str> = text.lines().rev().take(2).collect();
+        assert!(last[0].starts_with("The touches ended before the frame was found"), "{}", last[0]);
+        assert!(parts.iter().all(|part| last[1].contains(part)), "{}", last[1]);
+    }
 }
 
 /// A target that is not met at the end of the touches; lines that are wrong are told and skipped, and a touch is taken back.

@@ -3,9 +3,11 @@
 //! published examples that gauge it.
 
 pub mod conformance;
+pub mod drift;
 pub mod estimate;
 pub mod gauge;
 pub mod linear;
+pub mod planning;
 pub mod propagation;
 pub mod reference;
 pub mod reliability;
@@ -15,6 +17,7 @@ pub mod uncertainty;
 
 pub use estimate::{Estimate, Share};
 pub use linear::{Linear, Observation};
+pub use planning::{Plan, PlanError, Planner};
 pub use reliability::{Reliability, ReliabilityError, Test};
 pub use simulation::{Layout, contacts, random_frame, random_layout, simulate};
 pub use study::{Study, StudyError, StudyLayout, StudyOutcome};

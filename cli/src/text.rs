@@ -1,11 +1,15 @@
 //! Results and failures for people.
 
 mod calibration;
+mod comparison;
 mod element;
 mod failure;
 mod gauge;
+mod guide;
+mod history;
 mod log;
 mod number;
+mod plan;
 mod plugins;
 mod reliability;
 mod sheet;
@@ -14,10 +18,14 @@ mod study;
 mod uncertainty;
 
 pub(crate) use calibration::calibration;
+pub(crate) use comparison::comparison;
 pub(crate) use element::element;
 pub(crate) use failure::failure;
 pub(crate) use gauge::gauge;
+pub(crate) use guide::answer;
+pub(crate) use history::history;
 pub(crate) use log::log;
+pub(crate) use plan::{next, plan};
 pub(crate) use plugins::{description, listing};
 pub(crate) use reliability::reliability;
 pub(crate) use solution::solution;

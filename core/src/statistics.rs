@@ -1,8 +1,11 @@
-//! The chi-square distribution: p-values and levels. Quantiles of the normal distribution and of Student's.
+//! The distributions of chi-square and F: p-values and levels. Quantiles of the normal distribution and of Student's.
 
 use std::sync::OnceLock;
 
-use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF, Normal, StudentsT};
+use statrs::{
+    distribution::{ChiSquared, Continuous, ContinuousCDF, Normal, StudentsT},
+    function::beta::{checked_beta_reg, inv_beta_reg},
+};
 
 /// Chi-square levels of one chance, kept for the degrees of freedom that touches have: a solve asks for them often.
 #[derive(Debug)]
@@ -72,6 +75,27 @@ pub fn chi_square_level(level: f64, degrees_of_freedom: usize) -> f64 {
     x
 }
 
+/// Chance that the ratio of two mean squares exceeds `value` (distribution F): of `degrees_of_freedom` over
+/// `of_estimate`, the degrees of freedom of the estimated variance. `None` without either.
+#[must_use]
+pub fn f_p_value(value: f64, degrees_of_freedom: usize, of_estimate: usize) -> Option<f64> {
+    let (a, b) = (degrees_of_freedom as f64, of_estimate as f64);
+    if value <= 0.0 {
+        return (a > 0.0 && b > 0.0).then_some(1.0);
+    }
+    // Not as one minus something: small chances keep their digits.
+    checked_beta_reg(0.5 * b, 0.5 * a, b / (b + a * value)).ok()
+}
+
+/// The value that the ratio of two mean squares exceeds with chance `level`: of `degrees_of_freedom` over `of_estimate`,
+/// both at least 1.
+#[must_use]
+pub fn f_level(level: f64, degrees_of_freedom: usize, of_estimate: usize) -> f64 {
+    let (a, b) = (degrees_of_freedom.max(1) as f64, of_estimate.max(1) as f64);
+    let share = inv_beta_reg(0.5 * b, 0.5 * a, level);
+    b / a * (1.0 / share - 1.0)
+}
+
 /// The value that a standard normal variable stays below with this probability; NaN unless that lies in (0, 1).
 #[must_use]
 pub fn normal_quantile(probability: f64) -> f64 {
@@ -135,6 +159,34 @@ fn lower_quantile(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ratios_of_printed_tables() {
+        // Upper points of F: level, degrees of freedom, of the estimate; Abramowitz and Stegun, table 26.9; those of two
+        // degrees of freedom over n are n/2 (level^(-2/n) - 1).
+        let table = [
+            (0.05, 6, 2, 19.33),
+            (0.05, 6, 10, 3.22),
+            (0.01, 6, 1, 5859.0),
+            (0.001, 6, 4, 50.53),
+            (0.001, 3, 30, 7.05),
+            (0.001, 2, 8, 4.0 * (1e-3_f64.powf(-0.25) - 1.0)),
+            (1e-6, 2, 4, 2.0 * (1e-6_f64.powf(-0.5) - 1.0)),
+        ];
+        for (level, a, b, expected) in table {
+            let got = f_level(level, a, b);
+            assert!((got / expected - 1.0).abs() < 2e-3, "level {level}, {a} over {b}: {got}");
+            let back = f_p_value(got, a, b).unwrap();
+            assert!((back / level - 1.0).abs() < 1e-6, "level {level}, {a} over {b}: {back}");
+        }
+        // An estimate of very many is as good as known.
+        let known = chi_square_level(1e-3, 6) / 6.0;
+        assert!((f_level(1e-3, 6, 10_000_000) / known - 1.0).abs() < 1e-5);
+        assert_eq!(
+            (f_p_value(0.0, 6, 1), f_p_value(1.0, 6, 0), f_p_value(f64::NAN, 6, 1)),
+            (Some(1.0), None, None)
+        );
+    }
 
     #[test]
     fn levels_of_printed_tables() {

@@ -7,7 +7,8 @@
 //! * [`solution`], [`calibration`] and [`refusal`]: the JSON of a frame, of a calibration, and of an error;
 //! * [`frame`]: frames as text;
 //! * [`dialect`]: a frame in the words of the machine that will use it;
-//! * [`mod@write`]: measurement files and touch tables as text.
+//! * [`mod@write`]: measurement files and touch tables as text;
+//! * `history`, a feature of that name: results kept over time.
 //!
 //! Whatever is wrong with an input is an [`InputError`] that names the file, line, column and key, and the nearest
 //! right name. Lengths stay in the unit that the file states: nothing is converted, except the numbers of a log of another
@@ -17,6 +18,8 @@ pub mod calibration;
 pub mod dialect;
 pub mod error;
 pub mod frame;
+#[cfg(feature = "history")]
+pub mod history;
 pub mod log;
 pub mod measurement;
 pub mod parameter;

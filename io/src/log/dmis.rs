@@ -128,6 +128,9 @@ fn arguments(text: &str, part: Range<usize>) -> Vec<Range<usize>> {
     fields.collect()
 }
 
+/// Unit vectors may be written with one digit after the point; coordinates split at decimal commas are none.
+const ROUNDED: f64 = 0.1;
+
 type Found = (Result<Point3<f64>, Fault>, Option<Unit<Vector3<f64>>>);
 
 /// The position, and the direction against the normal of the surface.
@@ -137,8 +140,10 @@ fn position(text: &str, coordinates: &[Range<usize>], line: &Range<usize>) -> Fo
         [x, y, z] => (of([x, y, z]), None),
         [x, y, z, i, j, k] => match of([i, j, k]) {
             Ok(normal) => match direction(-normal.coords) {
-                Some(approach) => (of([x, y, z]), Some(approach)),
-                None => (Err(Fault::new("the normal i,j,k is zero", i.start..k.end)), None),
+                Some(approach) if (normal.coords.norm() - 1.0).abs() < ROUNDED => {
+                    (of([x, y, z]), Some(approach))
+                }
+                _ => (Err(Fault::new("i,j,k is no unit vector: is it a normal?", i.start..k.end)), None),
             },
             Err(fault) => (Err(fault), None),
         },

@@ -80,6 +80,13 @@ fn of_groups(text: &str, name: String, span: Range<usize>, body: Range<usize>) -
     let mut groups = fields.split(is_group).skip(usize::from(fields.first().is_some_and(is_group)));
     let first = groups.next().unwrap_or(&[]);
     let mut point = LoggedPoint::new(Some(name), span.clone(), position(text, first, span));
+    let unit_of = |axis| {
+        scan::value_of(text, first, axis).map(|value| Scanner::new(text, value.end..text.len()).token())
+    };
+    let other = ["X", "Y", "Z"].into_iter().filter_map(unit_of).find(|unit| &text[unit.clone()] != "mm");
+    if let Some(unit) = other {
+        point.refuse(format!("`{}` where the unit is; expected mm", &text[unit.clone()]), unit);
+    }
     if let Some(second) = groups.find_map(|group| scan::value_of(text, group, "X")) {
         point.refuse("two motion groups have a position here: it is not clear whose touch it is", second);
     }
@@ -115,7 +122,7 @@ fn fields(text: &str, part: Range<usize>) -> Vec<Field> {
         if scanner.eat(':') || scanner.eat('=') {
             // `GP1:` has fields of its own instead of a value.
             let is_group = text[key.clone()].to_ascii_uppercase().starts_with("GP");
-            let value = if is_group { key.end..key.end } else { scanner.token() };
+            let value = if is_group { key.end..key.end } else { scanner.token_with_commas() };
             fields.push(Field { key, value });
         }
     }

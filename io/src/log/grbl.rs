@@ -26,11 +26,14 @@ fn read(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
     let text = source.text();
     let (mut points, mut units) = (Vec::new(), None);
     for line in lines(text) {
-        units = match text[line.clone()].trim_start() {
-            setting if setting.starts_with("$13=0") => Some(Units::Millimetre),
-            setting if setting.starts_with("$13=1") => Some(Units::Inch),
-            _ => units,
-        };
+        // Sent or reported, the last one counts.
+        if let Some(at) = text[line.clone()].rfind("$13=") {
+            units = match text[line.start + at..line.end].as_bytes().get(4) {
+                Some(b'0') => Some(Units::Millimetre),
+                Some(b'1') => Some(Units::Inch),
+                _ => None,
+            };
+        }
         for (at, _) in text[line.clone()].match_indices(REPORT) {
             let start = line.start + at;
             let mut scanner = Scanner::new(text, start + REPORT.len()..line.end);
@@ -43,7 +46,12 @@ fn read(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
                 let message = "a probe report that is not whole; expected [PRB:x,y,z:1]";
                 return Err(InputError::new("invalid-input", message).at(source.place(start..scanner.at())));
             };
+            let whole = numbers.iter().all(|number| !text[number.clone()].contains('.'));
             let position = match &text[flag.clone()] {
+                "1" if whole && numbers.len() > 3 => Err(Fault::new(
+                    "no number has a decimal point: are these decimal commas?",
+                    start..scanner.at(),
+                )),
                 "1" => scan::point(text, [x.clone(), y.clone(), z.clone()]),
                 "0" => Err(Fault::new(
                     "the probe missed (flag 0): the position is where it stopped, no touch",

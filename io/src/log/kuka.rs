@@ -33,7 +33,7 @@ struct Variable {
     /// With its index.
     whole: Range<usize>,
     indexed: bool,
-    fields: Option<Vec<Field>>,
+    fields: Option<Result<Vec<Field>, Fault>>,
 }
 
 fn read(text: &str) -> Vec<LoggedPoint> {
@@ -76,27 +76,29 @@ fn variable(text: &str, line: Range<usize>) -> Option<Variable> {
 }
 
 /// The fields of an aggregate after its brace: `X 1.0,S 2,POINT2[] " "}`, perhaps after its type, `E6POS: X 1.0}`.
-fn fields(scanner: &mut Scanner<'_>) -> Vec<Field> {
+fn fields(scanner: &mut Scanner<'_>) -> Result<Vec<Field>, Fault> {
+    let start = scanner.at();
     let mut fields = Vec::new();
-    while let Some(next) = scanner.peek() {
-        if next == '}' {
-            break;
-        }
-        let Some(key) = scanner.word() else {
-            scanner.step();
-            continue;
-        };
+    loop {
+        let Some(mut key) = scanner.word() else { break };
         if scanner.eat(':') {
-            continue;
+            let Some(first) = scanner.word() else { break };
+            key = first;
         }
         while scanner.eat('[') || scanner.eat(']') {}
         fields.push(Field { key, value: scanner.token() });
-        scanner.until(',');
-        if scanner.rest().is_empty() {
+        if scanner.eat('"') {
+            scanner.until('"');
+        }
+        if scanner.eat('}') {
+            return Ok(fields);
+        }
+        if !scanner.eat(',') {
             break;
         }
     }
-    fields
+    // A decimal comma would end up here: what follows it is no name.
+    Err(Fault::new("not written as {X 1.0,Y 2.0,Z 3.0,...}", start..scanner.at()))
 }
 
 fn point(text: &str, variable: &Variable) -> Option<LoggedPoint> {
@@ -112,6 +114,12 @@ fn point(text: &str, variable: &Variable) -> Option<LoggedPoint> {
         point.position = Position::Empty(Fault::new(message, variable.whole.clone()));
         return Some(point);
     };
+    let fields = match fields {
+        Ok(fields) => fields,
+        // Of an array of another type it is none of ours.
+        Err(_) if variable.kind.is_none() => return None,
+        Err(fault) => return Some(LoggedPoint::new(Some(name), variable.whole.clone(), Err(fault.clone()))),
+    };
     let has = |name: &str| scan::value_of(text, fields, name).is_some();
     let position = if let Some(joint) = scan::joints(text, fields, 'A') {
         Err(Fault::new(format!("`{name}` holds joint angles, not a position; store it as E6POS"), joint))
@@ -126,11 +134,18 @@ fn point(text: &str, variable: &Variable) -> Option<LoggedPoint> {
 /// Tells the point of an FDAT (`FP1` of `XP1`) which base and tool were active.
 fn add_frame(text: &str, frame: &Variable, points: &mut [LoggedPoint]) {
     let (Some(fields), Some(of)) = (&frame.fields, text[frame.name.clone()].get(1..)) else { return };
+    let (fields, fault) = match fields {
+        Ok(fields) => (fields.as_slice(), None),
+        Err(fault) => (&[][..], Some(fault)),
+    };
     let is_its_own = |point: &&mut LoggedPoint| {
         let name = point.name.as_deref().and_then(|name| name.get(1..));
         name.is_some_and(|name| name.eq_ignore_ascii_case(of))
     };
     for point in points.iter_mut().filter(is_its_own) {
+        if let Some(Fault { message, span }) = fault {
+            point.refuse(message, span.clone());
+        }
         if let Some(kind) = scan::value_of(text, fields, "IPO_FRAME")
             && text[kind.clone()].eq_ignore_ascii_case("#TCP")
         {

@@ -66,6 +66,17 @@ impl<'a> Scanner<'a> {
         self.take(|c| !c.is_whitespace() && !",;:=(){}[]\"'".contains(c))
     }
 
+    /// The same, commas between digits included: a decimal comma is to be seen, not to be cut at.
+    pub(super) fn token_with_commas(&mut self) -> Range<usize> {
+        let mut token = self.token();
+        while self.rest().strip_prefix(',').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
+        {
+            self.step();
+            token.end = self.token().end;
+        }
+        token
+    }
+
     fn take(&mut self, within: impl Fn(char) -> bool) -> Range<usize> {
         let start = self.at;
         self.at += self.rest().find(|c| !within(c)).unwrap_or(self.rest().len());

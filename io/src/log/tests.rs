@@ -101,8 +101,15 @@ fn points_keep_what_the_log_tells_of_them() {
 }
 
 #[test]
+fn the_unit_that_was_set_last_counts() {
+    let log = read("grbl", "$13=0\n[PRB:1.0,2.0,3.0:1]\n>>> $13=1\n[PRB:1.0,2.0,3.0:1]").unwrap();
+    let units: Vec<_> = log.points().iter().map(|point| point.units).collect();
+    assert_eq!(units, [Some(Units::Millimetre), Some(Units::Inch)]);
+}
+
+#[test]
 fn the_normal_of_a_surface_points_against_the_probing() {
-    let text = "UNITS/MM\nPTMEAS/CART,1,2,3,0,0,2";
+    let text = "UNITS/MM\nPTMEAS/CART,1,2,3,0,0,1";
     assert_eq!(read("dmis", text).unwrap().points()[0].approach.unwrap().into_inner(), -Vector3::z());
     let [of, csv] =
         [["X", "Y", "Z"], ["I", "J", "K"]].map(|names| names.map(|name| Column::Named(name.to_owned())));
@@ -181,9 +188,22 @@ const TRAPS: &[(&str, &str, &str, &str)] = &[
     ("grbl", "[PRB:1,2,3:0]", "missed", "0"),
     ("grbl", "[PRB:1,2,3:2]", "flag is `2`", "2"),
     ("grbl", "[PRB:1,2,x:1]", "`x`", "x"),
+    ("grbl", "[PRB:1,5,2,5,3,5:1]", "decimal commas", "[PRB:1,5,2,5,3,5:1]"),
+    ("dmis", "PTMEAS/CART,1,5,2,5,3,5", "no unit vector", "5,3,5"),
+    ("kuka", "DECL E6POS XP1={X 1,5,Y 2,5,Z 3,5}", "not written as", "X 1,"),
+    ("kuka", "DECL E6POS XP1={X 1.0,Y 2.0,Z 3.0", "not written as", "X 1.0,Y 2.0,Z 3.0"),
+    (
+        "kuka",
+        "DECL E6POS XP1={X 1,Y 2,Z 3}\nDECL FDAT FP1={TOOL_NO 1 BASE_NO 0}",
+        "not written as",
+        "TOOL_NO 1 ",
+    ),
+    ("fanuc-ls", "/POS\nP[1]{\n GP1:\n X = 1,5 mm, Y = 1 mm, Z = 1 mm\n};", "`1,5`", "1,5"),
+    ("fanuc-ls", "/POS\nP[1]{\n GP1:\n X = 1.5 in, Y = 1 in, Z = 1 in\n};", "expected mm", "in"),
+    ("fanuc-posreg", " [1,1] = ''\n X: 2,5 Y: 1 Z: 1", "`2,5`", "2,5"),
     ("dmis", "PTMEAS/POL,1,2,3", "Cartesian", "PTMEAS/POL,1,2,3"),
     ("dmis", "PTMEAS/CART,1,2", "expected x,y,z", "PTMEAS/CART,1,2"),
-    ("dmis", "PTMEAS/CART,1,2,3,0,0,0", "normal", "0,0,0"),
+    ("dmis", "PTMEAS/CART,1,2,3,0,0,0", "no unit vector", "0,0,0"),
     ("dmis", "GOTO/1,2,9\nPTMEAS/CART,1,2,3,0,0,1", "where the probe is sent", "PTMEAS/CART,1,2,3,0,0,1"),
     ("csv", "Punkt;X [mm];Y [mm];Z [mm]\na;1,5;2,5;", "an empty field", ""),
     ("csv", "Punkt;X [mm];Y [mm];Z [mm]\na;1,5; 2,5,1;3", "`2,5,1`", "2,5,1"),

@@ -372,12 +372,13 @@ fn the_example_of_every_fixture_is_a_measurement() {
 fn everything_listed_can_be_described() {
     let (status, listed) = Folder::new().json(&["list"], b"");
     assert_eq!((status, listed["dialects"].is_array()), (0, true));
-    for list in ["fixtures", "solvers", "logs"] {
+    let kinds = [("fixtures", "Parameters"), ("solvers", "Parameters"), ("logs", "In a measurement file")];
+    for (list, heading) in kinds {
         for item in listed[list].as_array().unwrap() {
             let name = item["name"].as_str().unwrap();
             let output = Folder::new().run(&["describe", name], b"");
             let text = String::from_utf8(output.stdout).unwrap();
-            assert!(text.contains(name) && text.contains("Parameters"), "{text}");
+            assert!(text.contains(name) && text.contains(heading), "{text}");
         }
     }
     let (_, only) = Folder::new().json(&["list", "dialects"], b"");

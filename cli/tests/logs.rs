@@ -291,12 +291,14 @@ fn wrong_cases() -> Vec<Wrong> {
 /// What an error points to; its line and column are those of its offset. Nothing where the whole line is meant.
 fn pointed_to(content: &[u8], error: &Value) -> String {
     let [line, offset, length] =
-        ["line", "offset", "length"].map(|key| error[key].as_u64().unwrap() as usize);
+        ["line", "offset", "length"].map(|key| usize::try_from(error[key].as_u64().unwrap()).unwrap());
     let before = String::from_utf8_lossy(&content[..offset]);
     let before = before.trim_start_matches('\u{feff}');
     assert_eq!(line, before.matches('\n').count() + 1, "{error}");
-    let Some(column) = error["column"].as_u64() else { return String::new() };
-    assert_eq!(column as usize, before.chars().rev().take_while(|c| *c != '\n').count() + 1, "{error}");
+    let Some(column) = error["column"].as_u64().map(|column| usize::try_from(column).unwrap()) else {
+        return String::new();
+    };
+    assert_eq!(column, before.chars().rev().take_while(|c| *c != '\n').count() + 1, "{error}");
     let text = String::from_utf8_lossy(&content[offset..offset + length]).into_owned();
     text.lines().next().unwrap_or("").to_owned()
 }

@@ -28,7 +28,7 @@ fn read(source: &Source) -> Result<Vec<LoggedPoint>, InputError> {
     for line in lines(text) {
         // Sent or reported, the last one counts.
         if let Some(at) = text[line.clone()].rfind("$13=") {
-            units = match text[line.start + at..line.end].as_bytes().get(4) {
+            units = match text.as_bytes()[line.start + at..line.end].get(4) {
                 Some(b'0') => Some(Units::Millimetre),
                 Some(b'1') => Some(Units::Inch),
                 _ => None,

@@ -79,8 +79,7 @@ fn variable(text: &str, line: Range<usize>) -> Option<Variable> {
 fn fields(scanner: &mut Scanner<'_>) -> Result<Vec<Field>, Fault> {
     let start = scanner.at();
     let mut fields = Vec::new();
-    loop {
-        let Some(mut key) = scanner.word() else { break };
+    while let Some(mut key) = scanner.word() {
         if scanner.eat(':') {
             let Some(first) = scanner.word() else { break };
             key = first;

@@ -116,7 +116,7 @@ pub mod prelude {
 /// # Errors
 /// [`RegistryError::Duplicate`] when two plugins of one kind have one name.
 pub fn registry() -> Result<Registry, RegistryError> {
-    Registry::linked(fixtures::ALL, solvers::ALL)
+    Registry::linked(fixtures::ALL, solvers::ALL, io::dialect::ALL)
 }
 
 /// The examples of CONTRIBUTING.md compile and run.

@@ -22,7 +22,6 @@ pub mod solution;
 pub mod source;
 pub mod table;
 mod tree;
-mod units;
 mod walk;
 pub mod write;
 
@@ -33,4 +32,4 @@ pub use measurement::{Measurement, PlacementSource, PlacementTouches, TouchRecor
 pub use refusal::ErrorRecord;
 pub use solution::SolutionRecord;
 pub use source::{Input, Place};
-pub use units::Units;
+pub use touchref_core::Units;

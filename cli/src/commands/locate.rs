@@ -3,7 +3,7 @@
 use std::io;
 
 use touchref::{
-    Registry,
+    Literal, Registry,
     io::{InputError, SolutionRecord, dialect, solution::WarningRecord},
 };
 
@@ -30,7 +30,7 @@ pub(crate) struct Args {
     solver: SolverArgs,
     #[command(flatten)]
     near: NearArgs,
-    /// Also print the frame in the words of a machine; may be repeated
+    /// Also print the frame in the words of a machine, as `kuka` or `euler:zyx:intrinsic:deg`; may be repeated
     #[arg(long = "dialect", value_name = "NAME")]
     dialects: Vec<String>,
     /// Form of the result
@@ -40,9 +40,11 @@ pub(crate) struct Args {
 
 impl Args {
     pub(crate) fn run(self, registry: &Registry) -> Result<Output, Failure> {
-        let dialects =
-            self.dialects.iter().map(|name| dialect::find(name).map_err(|error| error.with_key("dialect")));
-        let dialects = dialects.collect::<Result<Vec<_>, InputError>>()?;
+        let found = self.dialects.iter().map(|name| match dialect::find(registry, name) {
+            Ok(dialect) => Ok((name, dialect)),
+            Err(error) => Err(error.with_key("dialect")),
+        });
+        let dialects = found.collect::<Result<Vec<_>, InputError>>()?;
         let solver = self.solver.build(registry, &TRUST)?;
         let near = self.near.frame()?;
         let setup = self.measurement.load(registry)?;
@@ -50,12 +52,11 @@ impl Args {
 
         let mut record = SolutionRecord::new(&setup.context()?, &solution);
         record.warnings.extend(setup.warnings().iter().map(WarningRecord::from));
-        record.dialects = dialects
-            .iter()
-            .map(|dialect| {
-                (dialect.name.to_owned(), (dialect.literal)(&solution.frame, setup.measurement.units))
-            })
-            .collect();
+        let touched: Vec<_> = setup.touches()?.touches.iter().map(|touch| touch.at).collect();
+        for (name, dialect) in &dialects {
+            let units = setup.measurement.units;
+            record.tell(name, &Literal::new(name, &**dialect, &solution.frame, units, &touched)?);
+        }
         Ok(match self.format {
             Format::Json => Output::json(&record),
             Format::Text => Output::bytes(text::solution(&record, Look::of(&io::stdout())))

@@ -28,6 +28,13 @@ pub(crate) fn failure(failure: &Failure, look: Look) -> String {
             sheet.prose(&failure.record().error.help);
             sheet.finish()
         }
+        Failure::Untold(error) => {
+            let mut sheet = Sheet::new(look);
+            sheet.verdict(BAD, "A frame was found, but not told:", &error.to_string());
+            sheet.heading("What to do");
+            sheet.prose(error.help());
+            sheet.finish()
+        }
         Failure::Call(error) => error.render().ansi().to_string(),
     }
 }

@@ -75,7 +75,7 @@
 //! | [`solvers`] | one file a solver |
 //! | [`analysis`] | simulated measurements, studies of how often a frame is right, refused or wrong, reference data |
 //! | [`conformance`] | does a plugin keep what the traits promise? |
-//! | [`io`] | measurement files, touch tables, results as JSON |
+//! | [`io`] | measurement files, touch tables, results as JSON, frames in the words of machines |
 //!
 //! The command line `touchref` is the package `touchref-cli`, a library too: link your own plugins into a binary of a
 //! few lines.

@@ -6,7 +6,8 @@ mod support;
 
 use touchref::{
     Fixture, FixturePlugin, ParameterError, ParameterKind, ParameterSpec, Parameters, Plugin, Probe, Problem,
-    Registry, RegistryError, SolverPlugin, Surface, Touch, fixtures, parameters::parse, registry, solvers,
+    Registry, RegistryError, SolverPlugin, Surface, Touch, fixtures, io, parameters::parse, registry,
+    solvers,
 };
 
 /// Columns of a terminal that a drawing must fit with two of margin.
@@ -109,6 +110,10 @@ fn every_plugin_is_described_and_checks_its_parameters() {
         assert_described(*plugin);
         assert_parameters_are_checked(*plugin, |parameters| plugin.build(parameters).err());
     }
+    for plugin in registry.dialects() {
+        assert_described(*plugin);
+        assert_parameters_are_checked(*plugin, |parameters| plugin.build(parameters).err());
+    }
 }
 
 #[test]
@@ -119,6 +124,7 @@ fn every_list_is_sorted_and_its_names_are_unique() {
     let registry = registry().unwrap();
     assert!(ascends(registry.fixtures()), "{:?}", registry.fixtures());
     assert!(ascends(registry.solvers()), "{:?}", registry.solvers());
+    assert!(ascends(registry.dialects()), "{:?}", registry.dialects());
 }
 
 #[test]
@@ -293,7 +299,11 @@ fn a_plugin_that_comes_both_ways_counts_once() {
         assert!(std::ptr::eq(submitted.solver(plugin.name).unwrap(), *plugin));
     }
     let twice = [fixtures::ALL, fixtures::ALL].concat();
-    let listed = Registry::linked(&twice, solvers::ALL, &[]).unwrap();
+    for plugin in io::dialect::ALL {
+        assert!(std::ptr::eq(submitted.dialect(plugin.name).unwrap(), *plugin));
+    }
+    let listed = Registry::linked(&twice, solvers::ALL, io::dialect::ALL).unwrap();
+    assert_eq!(listed.dialects().len(), submitted.dialects().len());
     assert_eq!(listed.fixtures().len(), submitted.fixtures().len());
     assert_eq!(listed.solvers().len(), submitted.solvers().len());
 }

@@ -3,15 +3,15 @@
 
 mod common;
 
-use std::{fs, path::Path};
-
 use common::{Folder, paper};
 use serde_json::Value;
 
 /// How each of the listed dialects is asked for: `euler` needs to be told more.
 fn asked_for(listed: &Value) -> Vec<String> {
     let names = listed["dialects"].as_array().unwrap().iter().map(|item| item["name"].as_str().unwrap());
-    names.map(|name| if name == "euler" { "euler:zyx:intrinsic:deg".to_owned() } else { name.to_owned() }).collect()
+    names
+        .map(|name| if name == "euler" { "euler:zyx:intrinsic:deg".to_owned() } else { name.to_owned() })
+        .collect()
 }
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -50,7 +50,9 @@ fn everything_listed_tells_the_papers_frame() {
     let kuka = result["dialects"]["kuka"].as_str().unwrap();
     assert_eq!(kuka, "{X 2.9000,Y 3.8000,Z 4.2249,A 105.709081,B 33.794454,C 26.824111}");
     let matrix: Value = serde_json::from_str(result["dialects"]["matrix"].as_str().unwrap()).unwrap();
-    for (row, expected) in matrix.as_array().unwrap().iter().zip(result["frame"]["matrix"].as_array().unwrap()) {
+    for (row, expected) in
+        matrix.as_array().unwrap().iter().zip(result["frame"]["matrix"].as_array().unwrap())
+    {
         assert_eq!(numbers(row), numbers(expected));
     }
     assert!(result["dialect_notes"]["matrix"]["rounding_loss"] == 0.0);
@@ -79,7 +81,10 @@ fn a_tilt_is_refused_with_its_size() {
     let args = ["locate", "m.toml", "--dialect", "kuka", "--dialect", "linuxcnc"];
     let (status, result) = folder.json(&args, b"");
     let error = &result["error"];
-    assert_eq!((status, error["code"].as_str(), error["key"].as_str()), (1, Some("not-representable"), Some("dialect")));
+    assert_eq!(
+        (status, error["code"].as_str(), error["key"].as_str()),
+        (1, Some("not-representable"), Some("dialect"))
+    );
     // The angle between the axis of the paper and Z.
     let tilt = 0.7416_f64.acos().to_degrees();
     assert!((error["value"].as_f64().unwrap() - tilt).abs() < 0.01, "{error}");
@@ -90,30 +95,18 @@ fn a_tilt_is_refused_with_its_size() {
     assert!(told.contains("tilt of 42.13") && told.contains("linuxcnc-g68"), "{told}");
 }
 
-/// A fixture that stands level by 1.3e-4 degrees, by design of its touches.
+/// A cube that stands level, its corner at the origin.
 #[test]
 fn a_level_fixture_is_a_work_offset() {
-    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/cube.toml");
-    let text = fs::read_to_string(example).unwrap();
-    let head = text.split("[[touch]]").next().unwrap();
-    let level = format!(
-        "{head}{}",
-        [("+z", [-10.0, -10.0, 0.0]), ("+z", [-30.0, -10.0, 0.0]), ("+z", [-10.0, -30.0, 0.0]),
-         ("+y", [-10.0, 0.0, -10.0]), ("+y", [-30.0, 0.0, -10.0]), ("+x", [0.0, -10.0, -10.0])]
-        .map(|(surface, at)| {
-            let tip = |axis: &str| if surface.ends_with(axis) { TIP } else { 0.0 };
-            format!("[[touch]]\nsurface = \"{surface}\"\nat = [{}, {}, {}]\n", at[0] + tip("x"), at[1] + tip("y"), at[2] + tip("z"))
-        })
-        .concat()
-    );
-    const TIP: f64 = 1.5;
-    let folder = Folder::new().with("m.toml", level);
-    let (status, result) = folder.json(&["locate", "m.toml", "--dialect", "linuxcnc:3"], b"");
+    const TABLE: &str = "surface,x,y,z\n+z,-10,-10,1.5\n+z,-40,-10,1.5\n+z,-10,-40,1.5\n+y,-10,1.5,-10\n\
+                         +y,-40,1.5,-10\n+x,1.5,-10,-10\n";
+    let args =
+        "locate --fixture cube -p edge=50 --touches - --tip-radius 1.5 --sigma 0.005 --dialect linuxcnc:3";
+    let (status, result) = Folder::new().json(&args.split(' ').collect::<Vec<_>>(), TABLE.as_bytes());
     assert_eq!(status, 0, "{result}");
-    assert_eq!(
-        result["dialects"]["linuxcnc:3"],
-        "G21\nG10 L2 P3 X0.000000 Y0.000000 Z0.000000 R0.000000"
-    );
+    let literal = "G21\nG10 L2 P3 X0.000000 Y0.000000 Z0.000000 R0.000000";
+    assert_eq!(result["dialects"]["linuxcnc:3"], literal);
+    assert_eq!(result["dialect_notes"]["linuxcnc:3"]["leaves_out"], "tilt");
 }
 
 #[test]
@@ -128,7 +121,11 @@ fn names_and_values_that_are_wrong_are_told() {
     ] {
         let (status, result) = folder.json(&["locate", "m.toml", "--dialect", name], b"");
         let error = &result["error"];
-        assert_eq!((status, error["code"].as_str(), error["nearest"].as_str()), (2, Some(code), nearest), "{error}");
+        assert_eq!(
+            (status, error["code"].as_str(), error["nearest"].as_str()),
+            (2, Some(code), nearest),
+            "{error}"
+        );
         assert_eq!(error["key"], "dialect", "{error}");
     }
 }

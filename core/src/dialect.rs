@@ -168,7 +168,9 @@ pub struct Lost {
 #[non_exhaustive]
 pub enum DialectError {
     /// A number is not finite, or the axes are no axes.
-    #[error("dialect `{name}`: what is to be told is no frame: a number is not finite, or the axes are not square")]
+    #[error(
+        "dialect `{name}`: what is to be told is no frame: a number is not finite, or the axes are not square"
+    )]
     Unsound {
         /// The dialect.
         name: String,

@@ -6,16 +6,19 @@
 //! * [`solution`], [`calibration`] and [`refusal`]: the JSON of a frame, of a calibration, and of an error;
 //! * [`frame`]: frames as text;
 //! * [`dialect`]: a frame in the words of the machine that will use it;
+//! * [`number`]: numbers as text;
 //! * [`mod@write`]: measurement files and touch tables as text.
 //!
 //! Whatever is wrong with an input is an [`InputError`] that names the file, line, column and key, and the nearest
-//! right name. Lengths stay in the unit that the file states: nothing is converted, and nothing is guessed.
+//! right name. Lengths stay in the unit that the file states: only a dialect that has a unit of its own converts, and nothing
+//! is guessed.
 
 pub mod calibration;
 pub mod dialect;
 pub mod error;
 pub mod frame;
 pub mod measurement;
+pub mod number;
 pub mod parameter;
 pub mod refusal;
 pub mod solution;

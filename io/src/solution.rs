@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use touchref_core::{
-    Adjustment, Covariance, Iteration, Limit, Literal, Measure, Motion, Observability, Parameters, Probe, Residual,
-    RootReport, SigmaSource, Solution, Trust, Twist, Value, Warning,
+    Adjustment, Covariance, Iteration, Limit, Literal, Measure, Motion, Observability, Parameters, Probe,
+    Residual, RootReport, SigmaSource, Solution, Trust, Twist, Value, Warning,
 };
 
 use crate::{FrameRecord, TouchRecord, Units};

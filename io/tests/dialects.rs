@@ -254,7 +254,9 @@ fn the_golden_vectors_in_every_dialect() {
     for reader in READERS {
         let dialect = dialect(reader.name);
         for golden in golden() {
-            let literal = Literal::new(reader.name, &*dialect, &frame(golden.built, P), Units::Millimetre, &[]).unwrap();
+            let literal =
+                Literal::new(reader.name, &*dialect, &frame(golden.built, P), Units::Millimetre, &[])
+                    .unwrap();
             let (position, numbers) = reader.read(&literal.text);
             let what = format!("{} {}: {}", reader.name, golden.id, literal.text);
             assert!(position.iter().zip(P).all(|(got, want)| (got - want).abs() < 1e-9), "{what}");
@@ -265,7 +267,10 @@ fn the_golden_vectors_in_every_dialect() {
             };
             let numbers_are = |want: &[f64]| {
                 let near = |sign: f64| {
-                    numbers.iter().zip(want).all(|(g, w)| (sign * g - w).abs() < 0.5 * reader.steps[1] + GOLDEN[1])
+                    numbers
+                        .iter()
+                        .zip(want)
+                        .all(|(g, w)| (sign * g - w).abs() < 0.5 * reader.steps[1] + GOLDEN[1])
                 };
                 // At a half turn either sign is the same rotation.
                 near(1.0) || (golden.wxyz[0] == 0.0 && near(-1.0))
@@ -288,7 +293,9 @@ fn the_golden_vectors_in_every_dialect() {
 #[test]
 fn the_golden_vectors_as_matrices() {
     let g1 = golden().swap_remove(0);
-    let text = Literal::new("matrix", &*dialect("matrix"), &frame(g1.built, P), Units::Millimetre, &[]).unwrap().text;
+    let text = Literal::new("matrix", &*dialect("matrix"), &frame(g1.built, P), Units::Millimetre, &[])
+        .unwrap()
+        .text;
     let rows: Vec<Vec<f64>> = serde_json::from_str(&text).unwrap();
     let printed = [
         [0.813_797_681_349, -0.440_969_610_530, 0.378_522_306_370, 100.0],
@@ -301,14 +308,22 @@ fn the_golden_vectors_as_matrices() {
 
     for golden in golden() {
         let told = frame(golden.built, P);
-        let read = |name: &str| Literal::new(name, &*dialect(name), &told, Units::Millimetre, &[]).unwrap().text;
+        let read =
+            |name: &str| Literal::new(name, &*dialect(name), &told, Units::Millimetre, &[]).unwrap().text;
         // Every digit.
         let rows: Vec<Vec<f64>> = serde_json::from_str(&read("matrix")).unwrap();
         assert!((0..9).all(|k| rows[k / 3][k % 3] == golden.built[(k / 3, k % 3)]), "{}", golden.id);
         // Column after column, metres.
         let columns: Vec<f64> = serde_json::from_str(&read("franka")).unwrap();
-        assert!((0..9).all(|k| columns[k % 3 + 4 * (k / 3)] == golden.built[(k % 3, k / 3)]), "{}", golden.id);
-        assert!(columns[12..].iter().zip([0.1, 0.2, 0.3, 1.0]).all(|(g, w)| (g - w).abs() < 1e-15), "{columns:?}");
+        assert!(
+            (0..9).all(|k| columns[k % 3 + 4 * (k / 3)] == golden.built[(k % 3, k / 3)]),
+            "{}",
+            golden.id
+        );
+        assert!(
+            columns[12..].iter().zip([0.1, 0.2, 0.3, 1.0]).all(|(g, w)| (g - w).abs() < 1e-15),
+            "{columns:?}"
+        );
     }
 }
 
@@ -317,8 +332,13 @@ fn the_golden_vectors_as_matrices() {
 fn a_tilt_is_refused_where_it_cannot_be_told() {
     for golden in golden() {
         let point = Point3::new(100.0, 200.0, 800.0);
-        let told =
-            Literal::new("linuxcnc", &*dialect("linuxcnc"), &frame(golden.built, P), Units::Millimetre, &[point]);
+        let told = Literal::new(
+            "linuxcnc",
+            &*dialect("linuxcnc"),
+            &frame(golden.built, P),
+            Units::Millimetre,
+            &[point],
+        );
         if golden.id == "G9" {
             assert_eq!(told.unwrap().text, "G21\nG10 L2 P1 X100.000000 Y200.000000 Z300.000000 R30.000000");
             continue;
@@ -355,7 +375,8 @@ fn how_much_tilt_may_be_lost_can_be_said() {
 fn scipy_reads_the_same() {
     /// Of the file's numbers, composed, beside the digits of `euler`: degrees.
     const TOLERANCE: f64 = 1e-9;
-    let cases: serde_json::Value = serde_json::from_str(include_str!("../../tests/oracle/rotations.json")).unwrap();
+    let cases: serde_json::Value =
+        serde_json::from_str(include_str!("../../tests/oracle/rotations.json")).unwrap();
     let number = |value: &serde_json::Value| value.as_f64().unwrap();
     let registry = registry();
     for case in cases.as_array().unwrap() {
@@ -394,9 +415,11 @@ fn scipy_reads_the_same() {
         };
         assert!(by(1.0) || (quaternion[3] < 1e-9 && by(-1.0)), "{}: {quaternion:?}", case["name"]);
         let ur = READERS.iter().find(|reader| reader.name == "ur").unwrap();
-        let (_, vector) = ur.read(&Literal::new("ur", &*dialect("ur"), &told, Units::Millimetre, &[]).unwrap().text);
-        let by =
-            |sign: f64| (0..3).all(|n| (sign * vector[n] - number(&case["rotation_vector"][n])).abs() < 0.51e-9);
+        let (_, vector) =
+            ur.read(&Literal::new("ur", &*dialect("ur"), &told, Units::Millimetre, &[]).unwrap().text);
+        let by = |sign: f64| {
+            (0..3).all(|n| (sign * vector[n] - number(&case["rotation_vector"][n])).abs() < 0.51e-9)
+        };
         assert!(by(1.0) || (quaternion[3] < 1e-9 && by(-1.0)), "{}: {vector:?}", case["name"]);
     }
 }
@@ -498,8 +521,9 @@ fn every_dialect_of_a_frame_tells_the_same_frame() {
 #[test]
 fn the_loss_at_the_touches_is_told() {
     let told = frame(golden()[6].built, [123.456_78, -98.765_43, 1_234.567_89]);
-    let touched: Vec<Point3<f64>> =
-        [[1.0, 0.0, 0.0], [-300.0, 400.0, 20.0], [900.0, -1200.0, 50.0]].map(|p| told.to_parent(&p.into())).into();
+    let touched: Vec<Point3<f64>> = [[1.0, 0.0, 0.0], [-300.0, 400.0, 20.0], [900.0, -1200.0, 50.0]]
+        .map(|p| told.to_parent(&p.into()))
+        .into();
     for reader in READERS.iter().filter(|reader| reader.name != "quaternion") {
         let mut texts = Vec::new();
         for units in Units::ALL {
@@ -545,28 +569,52 @@ fn literals_are_in_the_form_that_machines_take() {
     let g1 = frame(golden()[0].built, P);
     for (name, expected) in [
         ("kuka", "{X 100.0000,Y 200.0000,Z 300.0000,A 30.000000,B 20.000000,C 10.000000}"),
-        ("kuka:BASE_DATA[3]", "BASE_DATA[3]={X 100.0000,Y 200.0000,Z 300.0000,A 30.000000,B 20.000000,C 10.000000}"),
-        ("abb:wFix", "PERS wobjdata wFix:=[FALSE,TRUE,\"\",[[100.0000,200.0000,300.0000],[0.951548525,0.038134576,\
-                      0.189307857,0.239298338]],[[0,0,0],[1,0,0,0]]];"),
-        ("fanuc:3", "PR[3,1]=100.000 ;\nPR[3,2]=200.000 ;\nPR[3,3]=300.000 ;\nPR[3,4]=10.000 ;\nPR[3,5]=20.000 ;\n\
-                     PR[3,6]=30.000 ;\nUFRAME[3]=PR[3] ;"),
+        (
+            "kuka:BASE_DATA[3]",
+            "BASE_DATA[3]={X 100.0000,Y 200.0000,Z 300.0000,A 30.000000,B 20.000000,C 10.000000}",
+        ),
+        (
+            "abb:wFix",
+            "PERS wobjdata wFix:=[FALSE,TRUE,\"\",[[100.0000,200.0000,300.0000],[0.951548525,0.038134576,\
+                      0.189307857,0.239298338]],[[0,0,0],[1,0,0,0]]];",
+        ),
+        (
+            "fanuc:3",
+            "PR[3,1]=100.000 ;\nPR[3,2]=200.000 ;\nPR[3,3]=300.000 ;\nPR[3,4]=10.000 ;\nPR[3,5]=20.000 ;\n\
+                     PR[3,6]=30.000 ;\nUFRAME[3]=PR[3] ;",
+        ),
         ("ur:fix1", "fix1 = p[0.100000000,0.200000000,0.300000000,0.077525317,0.384851569,0.486479230]"),
-        ("staubli:fFix", "<Data name=\"fFix\" access=\"private\" xsi:type=\"array\" type=\"frame\" size=\"1\">\
+        (
+            "staubli:fFix",
+            "<Data name=\"fFix\" access=\"private\" xsi:type=\"array\" type=\"frame\" size=\"1\">\
                           <Value key=\"0\" x=\"100.0000\" y=\"200.0000\" z=\"300.0000\" rx=\"-1.116055\" \
-                          ry=\"22.242181\" rz=\"28.451775\" fatherId=\"world[0]\"/></Data>"),
+                          ry=\"22.242181\" rz=\"28.451775\" fatherId=\"world[0]\"/></Data>",
+        ),
         ("mecademic", "SetWRF(100.0000,200.0000,300.0000,-1.116055,22.242181,28.451775)"),
         ("yaskawa", "///BUSER 100.000,200.000,300.000,10.0000,20.0000,30.0000"),
         ("kawasaki:fix1", "POINT fix1 = TRANS(100.0000,200.0000,300.0000,2.726830,22.268744,25.505550)"),
         ("doosan:p", "p = posx(100.0000,200.0000,300.0000,2.726830,22.268744,25.505550)"),
         ("mitsubishi:PFix", "PFix=(100.0000,200.0000,300.0000,10.000000,20.000000,30.000000)(0,0)"),
-        ("siemens:2", "$P_UIFR[2]=CTRANS(X,100.0000,Y,200.0000,Z,300.0000):CROT(X,10.000000,Y,20.000000,Z,30.000000)"),
-        ("heidenhain", "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+100.0000\nCYCL DEF 7.2 Y+200.0000\n\
-                        CYCL DEF 7.3 Z+300.0000\nPLANE SPATIAL SPA+10.0000 SPB+20.0000 SPC+30.0000 STAY"),
+        (
+            "siemens:2",
+            "$P_UIFR[2]=CTRANS(X,100.0000,Y,200.0000,Z,300.0000):CROT(X,10.000000,Y,20.000000,Z,30.000000)",
+        ),
+        (
+            "heidenhain",
+            "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+100.0000\nCYCL DEF 7.2 Y+200.0000\n\
+                        CYCL DEF 7.3 Z+300.0000\nPLANE SPATIAL SPA+10.0000 SPB+20.0000 SPC+30.0000 STAY",
+        ),
         ("fanuc-cnc", "G68.2 X100.0000 Y200.0000 Z300.0000 I92.726830 J22.268744 K-64.494450"),
-        ("ros2:map:vise", "ros2 run tf2_ros static_transform_publisher --x 0.100000000 --y 0.200000000 \
+        (
+            "ros2:map:vise",
+            "ros2 run tf2_ros static_transform_publisher --x 0.100000000 --y 0.200000000 \
                            --z 0.300000000 --qx 0.038134576 --qy 0.189307857 --qz 0.239298338 --qw 0.951548525 \
-                           --frame-id map --child-frame-id vise"),
-        ("urdf", "<origin xyz=\"0.100000000 0.200000000 0.300000000\" rpy=\"0.174532925 0.349065850 0.523598776\"/>"),
+                           --frame-id map --child-frame-id vise",
+        ),
+        (
+            "urdf",
+            "<origin xyz=\"0.100000000 0.200000000 0.300000000\" rpy=\"0.174532925 0.349065850 0.523598776\"/>",
+        ),
     ] {
         let literal = Literal::new(name, &*dialect(name), &g1, Units::Millimetre, &[]).unwrap();
         assert_eq!(literal.text, expected);

@@ -162,8 +162,9 @@ fn of_dialect(plugin: &'static DialectPlugin) -> Result<Description, Failure> {
     })?;
     let origin = Point3::new(100.0, 200.0, 300.0);
     // 30 degrees about Z.
-    let frame = Frame::from_quaternion_xyzw(origin, [0.0, 0.0, 0.258_819_045_102_520_7, 0.965_925_826_289_068_3])
-        .unwrap_or_else(Frame::identity);
+    let frame =
+        Frame::from_quaternion_xyzw(origin, [0.0, 0.0, 0.258_819_045_102_520_7, 0.965_925_826_289_068_3])
+            .unwrap_or_else(Frame::identity);
     let literal = Literal::new(plugin.name, &*built, &frame, Units::Millimetre, &[])?;
     let kind = Kind::Dialect {
         call: dialect::call(plugin),

@@ -58,7 +58,10 @@ impl Order {
     /// The product of the three elementary rotations, angles in radians.
     pub(super) fn rotation(self, angles: [f64; 3]) -> Rotation3<f64> {
         let about = |axis: usize, angle: f64| {
-            Rotation3::from_axis_angle(&[Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()][axis], angle)
+            Rotation3::from_axis_angle(
+                &[Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()][axis],
+                angle,
+            )
         };
         let [i, j, k] = self.0;
         about(i, angles[0]) * about(j, angles[1]) * about(k, angles[2])
@@ -78,8 +81,7 @@ impl Order {
             let sine = r(j, i).hypot(r(k, i));
             let first = if sine > LOCK { r(j, i).atan2(-sign * r(k, i)) } else { 0.0 };
             let (s, c) = first.sin_cos();
-            let third =
-                (-sign * (c * r(j, k) + sign * s * r(k, k))).atan2(c * r(j, j) + sign * s * r(k, j));
+            let third = (-sign * (c * r(j, k) + sign * s * r(k, k))).atan2(c * r(j, j) + sign * s * r(k, j));
             [first, sine.atan2(r(i, i)), third]
         } else {
             let cosine = r(i, i).hypot(r(i, j));

@@ -17,7 +17,8 @@ pub static PLUGIN: DialectPlugin = DialectPlugin {
     build: |_| {
         Ok(Box::new(Written {
             pattern: "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X#+x\nCYCL DEF 7.2 Y#+y\nCYCL DEF 7.3 Z#+z\n\
-                      PLANE SPATIAL SPA#+c SPB#+b SPC#+a STAY".to_owned(),
+                      PLANE SPATIAL SPA#+c SPB#+b SPC#+a STAY"
+                .to_owned(),
             units: Some(Units::Millimetre),
             decimals: [4, 4],
             rotation: Form::moving(Order::ZYX, ["SPC", "SPB", "SPA"]),

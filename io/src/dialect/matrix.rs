@@ -48,8 +48,13 @@ enum Layout {
 impl Dialect for Matrix {
     fn convention(&self) -> Convention {
         let (rotation, usage) = match self.layout {
-            Layout::Rows => ("rows in brackets", "the first three columns are the fixture's X, Y and Z axes, the last its origin"),
-            Layout::Columns => ("column after column", "one list of 16 numbers; the last four are the origin and 1"),
+            Layout::Rows => (
+                "rows in brackets",
+                "the first three columns are the fixture's X, Y and Z axes, the last its origin",
+            ),
+            Layout::Columns => {
+                ("column after column", "one list of 16 numbers; the last four are the origin and 1")
+            }
         };
         Convention {
             parent: "the frame the touches are told in",
@@ -67,15 +72,24 @@ impl Dialect for Matrix {
         let matrix = frame.matrix();
         // Displayed, a double has the fewest digits that give it back, and no exponent; zero has no sign.
         let row = |numbers: Vector4<f64>| {
-            format!("[{}]", numbers.map(|v| (v + 0.0).to_string()).iter().cloned().collect::<Vec<_>>().join(", "))
+            format!(
+                "[{}]",
+                numbers.map(|v| (v + 0.0).to_string()).iter().cloned().collect::<Vec<_>>().join(", ")
+            )
         };
         match self.layout {
             Layout::Rows => {
-                format!("[{}]", matrix.row_iter().map(|r| row(r.transpose())).collect::<Vec<_>>().join(",\n "))
+                format!(
+                    "[{}]",
+                    matrix.row_iter().map(|r| row(r.transpose())).collect::<Vec<_>>().join(",\n ")
+                )
             }
             Layout::Columns => {
                 let columns: Vec<String> = matrix.column_iter().map(|c| row(c.into_owned())).collect();
-                format!("[{}]", columns.iter().map(|c| c.trim_matches(['[', ']'])).collect::<Vec<_>>().join(", "))
+                format!(
+                    "[{}]",
+                    columns.iter().map(|c| c.trim_matches(['[', ']'])).collect::<Vec<_>>().join(", ")
+                )
             }
         }
     }

@@ -21,7 +21,8 @@ pub static PLUGIN: DialectPlugin = DialectPlugin {
         let (parent, child) = (variable(parameters, "parent", "/")?, variable(parameters, "child", "/")?);
         Ok(Box::new(Written {
             pattern: format!(
-                "ros2 run tf2_ros static_transform_publisher --x #x --y #y --z #z --qx #a --qy #b --qz #c --qw #d \
+                "ros2 run tf2_ros static_transform_publisher --x #x --y #y --z #z \
+                 --qx #a --qy #b --qz #c --qw #d \
                  --frame-id {parent} --child-frame-id {child}"
             ),
             units: Some(Units::Metre),

@@ -3,11 +3,11 @@
 use nalgebra::{Point3, Rotation3, Vector3};
 use touchref_core::{
     Convention, Dialect, Frame, Loss, ParameterError, ParameterKind, ParameterSpec, Parameters, Units,
-    dialect::Omission,
-    parameters::Fault,
+    dialect::Omission, parameters::Fault,
 };
 
 use super::angles::Order;
+use crate::number::fixed;
 
 /// A literal of one form of text: three coordinates and the numbers of a rotation, each at its place.
 #[derive(Debug, Clone)]
@@ -134,10 +134,13 @@ impl Form {
                     factors.join(" ")
                 };
                 let (sentence, product, free) = if fixed {
-                    let sentence = format!("{a} about the parent's {i}, then {b} about its {j}, then {c} about its {k}");
+                    let sentence =
+                        format!("{a} about the parent's {i}, then {b} about its {j}, then {c} about its {k}");
                     (sentence, product([2, 1, 0]), if order.is_proper() { c } else { a })
                 } else {
-                    let sentence = format!("{a} about {i}, then {b} about the {j} so reached, then {c} about the {k} so reached");
+                    let sentence = format!(
+                        "{a} about {i}, then {b} about the {j} so reached, then {c} about the {k} so reached"
+                    );
                     (sentence, product([0, 1, 2]), if order.is_proper() { a } else { c })
                 };
                 let lock = if order.is_proper() { "0 or 180" } else { "+-90" };
@@ -155,7 +158,7 @@ impl Form {
                 what: "tilt",
                 reason: "its work offset turns about Z only",
                 help: "level the fixture; or take a dialect that tells a tilt (`linuxcnc-g68`, `fanuc-cnc`, `heidenhain`, \
-                       `siemens`, `matrix`); or allow this much, `linuxcnc:tilt=DEGREES`",
+                       `siemens`, `matrix`); or allow a small tilt to be lost, `linuxcnc:tilt=DEGREES`",
             }),
             _ => None,
         }
@@ -188,7 +191,7 @@ impl Dialect for Written {
         let mut text = String::new();
         for piece in pieces(&self.pattern) {
             match piece {
-                Piece::Text(fixed) => text.push_str(fixed),
+                Piece::Text(part) => text.push_str(part),
                 Piece::Number { signed, slot } => {
                     let number = match slot {
                         Slot::Length(index) => fixed(frame.origin[index], length),
@@ -210,9 +213,10 @@ impl Dialect for Written {
         let mut rest = literal.as_str();
         for piece in pieces(&spaced(&self.pattern)) {
             match piece {
-                Piece::Text(fixed) => rest = rest.strip_prefix(fixed)?,
+                Piece::Text(part) => rest = rest.strip_prefix(part)?,
                 Piece::Number { slot, .. } => {
-                    let end = rest.find(|c: char| !matches!(c, '0'..='9' | '+' | '-' | '.')).unwrap_or(rest.len());
+                    let end =
+                        rest.find(|c: char| !matches!(c, '0'..='9' | '+' | '-' | '.')).unwrap_or(rest.len());
                     let number: f64 = rest[..end].parse().ok()?;
                     rest = &rest[end..];
                     match slot {
@@ -269,14 +273,7 @@ fn spaced(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// A number with so many digits after the point; no exponent, no negative zero.
-fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    let zero = text.bytes().all(|byte| matches!(byte, b'-' | b'0' | b'.'));
-    if zero { text.trim_start_matches('-').to_owned() } else { text }
-}
-
-/// The same of an angle in `(-180, 180]`: what rounds to -180 is 180.
+/// An angle in `(-180, 180]` with so many digits after the point: what rounds to -180 is 180.
 fn degrees(value: f64, decimals: usize) -> String {
     let text = fixed(value, decimals);
     match text.strip_prefix('-') {
@@ -364,8 +361,15 @@ mod tests {
         let text = kuka().print(&Frame::identity());
         assert_eq!(text, "{X 0.0,Y 0.0,Z +0.0,A 0.0,B 0.0,C 0.0}");
         assert_eq!(kuka().parse(&text), Some(Frame::identity()));
-        assert_eq!(kuka().parse("{X 0.0,Y 0.0,\n  Z +0.0,A 0.0,B 0.0,C 0.0}\n"), Some(Frame::identity()));
-        for wrong in ["", "{X 0.0", &text[1..], &format!("{text};"), &text.replace("0.0,", "-,"), &text.replace('A', "D")] {
+        assert_eq!(kuka().parse("{X 0.0,Y\n   0.0,Z +0.0,A 0.0,B 0.0,C 0.0}\n"), Some(Frame::identity()));
+        for wrong in [
+            "",
+            "{X 0.0",
+            &text[1..],
+            &format!("{text};"),
+            &text.replace("0.0,", "-,"),
+            &text.replace('A', "D"),
+        ] {
             assert_eq!(kuka().parse(wrong), None, "{wrong}");
         }
     }

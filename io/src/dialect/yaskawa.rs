@@ -21,9 +21,8 @@ pub static PLUGIN: DialectPlugin = DialectPlugin {
             decimals: [3, 4],
             rotation: Form::moving(Order::ZYX, ["Rz", "Ry", "Rx"]),
             parent: "the base frame of the robot",
-            usage: "the six numbers X Y Z Rx Ry Rz to type in; in a file UFRAME.CND the line belongs \
-                    to its //UFRAME, beside the pulses of the taught points: verify such a file on \
-                    the machine",
+            usage: "the six numbers X Y Z Rx Ry Rz to type in; in a file UFRAME.CND the line stands in the section \
+                    of its frame, beside the pulses of the taught points: verify such a file on the machine",
         }))
     },
 };

@@ -35,9 +35,9 @@ impl Dialect for House {
     }
 
     fn print(&self, frame: &Frame) -> String {
-        let numbers =
-            frame.origin.coords.iter().copied().chain((frame.rotation_vector() * 1e6).iter().copied());
-        numbers.map(|v| format!("{v:.0}")).collect::<Vec<_>>().join(" ")
+        let [x, y, z] = frame.origin.coords.into();
+        let [a, b, c] = (frame.rotation_vector() * 1e6).into();
+        [x, y, z, a, b, c].map(|v| format!("{v:.0}")).join(" ")
     }
 
     fn parse(&self, literal: &str) -> Option<Frame> {

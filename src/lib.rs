@@ -73,7 +73,7 @@
 //! | [`touchref_core`] (re-exported here) | [`Frame`], [`Touch`], [`Surface`], [`Fixture`], [`Solver`], [`Solution`], [`Registry`] |
 //! | [`fixtures`] | one file a fixture |
 //! | [`solvers`] | one file a solver |
-//! | [`analysis`] | simulated measurements, studies of how often a frame is right, refused or wrong, reference data |
+//! | [`analysis`] | simulated measurements, studies of how often a frame is right, refused or wrong, reference data; propagation of uncertainty |
 //! | [`conformance`] | does a plugin keep what the traits promise? |
 //! | [`io`] | measurement files, touch tables, results as JSON, frames in the words of machines |
 //!

@@ -1,7 +1,9 @@
 //! What touches are worth: simulated measurements, and studies of how often a frame is right, refused or wrong; reference
-//! data with a known answer; and what a plugin must keep of what the traits promise.
+//! data with a known answer; and what a plugin must keep of what the traits promise. How uncertainty propagates, and the
+//! published examples that gauge it.
 
 pub mod conformance;
+pub mod drift;
 pub mod estimate;
 pub mod gauge;
 pub mod linear;

@@ -29,6 +29,9 @@ pub(crate) enum Command {
     Reliability(commands::reliability::Args),
     Element(commands::element::Args),
     Calibrate(commands::calibrate::Args),
+    Gauge(commands::gauge::Args),
+    Compare(commands::compare::Args),
+    History(commands::history::Args),
     Completions(commands::completions::Args),
     Man(commands::man::Args),
 }
@@ -46,6 +49,9 @@ impl Command {
             Self::Reliability(args) => args.run(registry),
             Self::Element(args) => args.run(),
             Self::Calibrate(args) => args.run(registry),
+            Self::Gauge(args) => args.run(),
+            Self::Compare(args) => args.run(registry),
+            Self::History(args) => args.run(),
             Self::Completions(args) => Ok(args.run()),
             Self::Man(args) => args.run(),
         }

@@ -1,9 +1,12 @@
 //! The subcommands, one file each: what was typed becomes what is to be printed.
 
 pub(crate) mod calibrate;
+pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod describe;
 pub(crate) mod element;
+pub(crate) mod gauge;
+pub(crate) mod history;
 pub(crate) mod list;
 pub(crate) mod locate;
 pub(crate) mod man;

@@ -19,6 +19,7 @@ mod failure;
 mod layout;
 mod output;
 mod points;
+mod samples;
 mod setup;
 mod text;
 

@@ -23,12 +23,14 @@ pub(crate) struct Output {
     result: Writer,
     /// For standard error, one line each.
     notes: Vec<String>,
+    /// The exit status.
+    status: u8,
 }
 
 impl Output {
     /// A result that writes itself.
     pub(crate) fn stream(result: impl FnOnce(&mut dyn Write) -> io::Result<()> + 'static) -> Self {
-        Self { result: Box::new(result), notes: Vec::new() }
+        Self { result: Box::new(result), notes: Vec::new(), status: 0 }
     }
 
     /// A result that is there already.
@@ -47,6 +49,11 @@ impl Output {
         Self::bytes(json(record))
     }
 
+    /// The same with another exit status than 0.
+    pub(crate) fn with_status(self, status: u8) -> Self {
+        Self { status, ..self }
+    }
+
     /// Adds lines for standard error.
     pub(crate) fn with_notes(mut self, notes: impl IntoIterator<Item = String>) -> Self {
         self.notes.extend(notes);
@@ -62,14 +69,14 @@ pub(crate) fn json(record: &impl Serialize) -> String {
 
 /// Prints what a subcommand came to, and returns the exit status.
 pub(crate) fn print(outcome: Result<Output, Failure>, json_errors: bool) -> u8 {
-    let (output, status) = match outcome {
-        Ok(output) => (output, 0),
+    let output = match outcome {
+        Ok(output) => output,
         Err(failure) if failure.is_help() => {
             // clap colours and pages its own help; it knows the terminal as well as anyone.
             let Failure::Call(help) = &failure else { return failure.status() };
             return after_writing(help.print(), failure.status());
         }
-        Err(failure) if json_errors => (Output::json(&failure.record()), failure.status()),
+        Err(failure) if json_errors => Output::json(&failure.record()).with_status(failure.status()),
         Err(failure) => {
             note(&text::failure(&failure, Look::of(&io::stderr())));
             return failure.status();
@@ -80,7 +87,7 @@ pub(crate) fn print(outcome: Result<Output, Failure>, json_errors: bool) -> u8 {
     for line in output.notes {
         note(&(line + "\n"));
     }
-    after_writing(written, status)
+    after_writing(written, output.status)
 }
 
 /// A bar for so many steps of long work, on standard error where that is a terminal.
@@ -94,7 +101,7 @@ pub(crate) fn progress(steps: u64) -> ProgressBar {
 }
 
 /// Writes to standard error; there is nobody left to tell when that fails.
-fn note(text: &str) {
+pub(crate) fn note(text: &str) {
     let _ = AutoStream::auto(io::stderr().lock()).write_all(text.as_bytes());
 }
 

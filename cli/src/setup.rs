@@ -96,6 +96,14 @@ pub(crate) struct Setup {
 }
 
 impl MeasurementArgs {
+    /// Where the measurement comes from, for people.
+    pub(crate) fn origin(&self) -> String {
+        match (&self.file, &self.touches) {
+            (Some(input), _) | (None, Some(input)) => Input::from(input.clone()).name(),
+            (None, None) => "arguments".to_owned(),
+        }
+    }
+
     /// Reads the measurement file, puts the arguments over it and builds the fixture.
     pub(crate) fn load(&self, registry: &Registry) -> Result<Setup, InputError> {
         let touches = self.touches.clone().map(Input::from);

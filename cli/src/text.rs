@@ -1,8 +1,11 @@
 //! Results and failures for people.
 
 mod calibration;
+mod comparison;
 mod element;
 mod failure;
+mod gauge;
+mod history;
 mod number;
 mod plugins;
 mod reliability;
@@ -12,8 +15,11 @@ mod study;
 mod uncertainty;
 
 pub(crate) use calibration::calibration;
+pub(crate) use comparison::comparison;
 pub(crate) use element::element;
 pub(crate) use failure::failure;
+pub(crate) use gauge::gauge;
+pub(crate) use history::history;
 pub(crate) use plugins::{description, listing};
 pub(crate) use reliability::reliability;
 pub(crate) use solution::solution;

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Point3, Rotation3, Unit, Vector3, Vector6};
 
 use crate::Frame;
 
-/// Names of the motions along and about the fixture's axes, in the order of a [`Twist`].
+/// Names of the motions along and about the fixture's axes, in the order of a [`crate::Twist`].
 pub const MOTIONS: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 
 /// Motions along the fixture's own axes about its origin that move none of its surfaces off itself, so that no touch can

@@ -1,8 +1,11 @@
-//! The chi-square distribution: p-values and levels. Quantiles of the normal distribution and of Student's.
+//! The distributions of chi-square and F: p-values and levels. Quantiles of the normal distribution and of Student's.
 
 use std::sync::OnceLock;
 
-use statrs::distribution::{ChiSquared, Continuous, ContinuousCDF, Normal, StudentsT};
+use statrs::{
+    distribution::{ChiSquared, Continuous, ContinuousCDF, Normal, StudentsT},
+    function::beta::{checked_beta_reg, inv_beta_reg},
+};
 
 /// Chi-square levels of one chance, kept for the degrees of freedom that touches have: a solve asks for them often.
 #[derive(Debug)]
@@ -72,6 +75,27 @@ pub fn chi_square_level(level: f64, degrees_of_freedom: usize) -> f64 {
     x
 }
 
+/// Chance that the ratio of two mean squares exceeds `value` (distribution F): of `degrees_of_freedom` over
+/// `of_estimate`, the degrees of freedom of the estimated variance. `None` without either.
+#[must_use]
+pub fn f_p_value(value: f64, degrees_of_freedom: usize, of_estimate: usize) -> Option<f64> {
+    let (a, b) = (degrees_of_freedom as f64, of_estimate as f64);
+    if value <= 0.0 {
+        return (a > 0.0 && b > 0.0).then_some(1.0);
+    }
+    // Not as one minus something: small chances keep their digits.
+    checked_beta_reg(0.5 * b, 0.5 * a, b / (b + a * value)).ok()
+}
+
+/// The value that the ratio of two mean squares exceeds with chance `level`: of `degrees_of_freedom` over `of_estimate`,
+/// both at least 1.
+#[must_use]
+pub fn f_level(level: f64, degrees_of_freedom: usize, of_estimate: usize) -> f64 {
+    let (a, b) = (degrees_of_freedom.max(1) as f64, of_estimate.max(1) as f64);
+    let share = inv_beta_reg(0.5 * b, 0.5 * a, level);
+    b / a * (1.0 / share - 1.0)
+}
+
 /// The value that a standard normal variable stays below with this probability; NaN unless that lies in (0, 1).
 #[must_use]
 pub fn normal_quantile(probability: f64) -> f64 {
@@ -82,6 +106,8 @@ pub fn normal_quantile(probability: f64) -> f64 {
 /// below with this probability; NaN for arguments that have no such value. Relative error below 1e-9.
 #[must_use]
 pub fn student_quantile(probability: f64, degrees_of_freedom: f64) -> f64 {
+    /// From here on the expansion about the normal distribution is exact in doubles, and quicker.
+    const NEARLY_NORMAL: f64 = 1e4;
     if !(probability > 0.0 && probability < 1.0 && degrees_of_freedom > 0.0) {
         return f64::NAN;
     }
@@ -89,32 +115,78 @@ pub fn student_quantile(probability: f64, degrees_of_freedom: f64) -> f64 {
     if probability > 0.5 {
         return -student_quantile(1.0 - probability, degrees_of_freedom);
     }
-    let start = Normal::standard().inverse_cdf(probability);
-    if degrees_of_freedom.is_infinite() {
-        return polished(&Normal::standard(), probability, start);
+    if degrees_of_freedom < NEARLY_NORMAL {
+        let distribution = StudentsT::new(0.0, 1.0, degrees_of_freedom);
+        return distribution.map_or(f64::NAN, |distribution| lower_quantile(&distribution, probability));
     }
-    let Ok(distribution) = StudentsT::new(0.0, 1.0, degrees_of_freedom) else { return f64::NAN };
-    polished(&distribution, probability, distribution.inverse_cdf(probability))
+    let z = lower_quantile(&Normal::standard(), probability);
+    // Abramowitz and Stegun, 26.7.5.
+    let terms = [
+        (z.powi(3) + z) / 4.0,
+        (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0,
+        (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0,
+    ];
+    terms.iter().zip(1..).fold(z, |sum, (term, power)| sum + term / degrees_of_freedom.powi(power))
 }
 
-/// A quantile in the lower tail from a start near it: Newton on the logarithm of the distribution function.
-fn polished(
+/// A quantile in the lower half of a distribution that is symmetric about zero: Newton's method on the logarithm of the
+/// distribution function, within a bracket.
+fn lower_quantile(
     distribution: &(impl ContinuousCDF<f64, f64> + Continuous<f64, f64>),
     probability: f64,
-    start: f64,
 ) -> f64 {
-    /// The start has half the digits at least, and each step doubles them.
-    const STEPS: usize = 3;
-    (0..STEPS).fold(start, |x, _| {
+    /// More halvings than a double has bits; Newton's steps take a handful.
+    const STEPS: usize = 200;
+    let (mut low, mut high) = (-1.0, 0.0);
+    while distribution.cdf(low) > probability && low > f64::MIN {
+        (low, high) = (2.0 * low, low);
+    }
+    let mut x = low;
+    for _ in 0..STEPS {
         let tail = distribution.cdf(x);
-        let step = (tail / probability).ln() * tail / distribution.pdf(x);
-        if step.is_finite() { x - step } else { x }
-    })
+        *(if tail < probability { &mut low } else { &mut high }) = x;
+        let newton = x - (tail / probability).ln() * tail / distribution.pdf(x);
+        let next = if (low..=high).contains(&newton) { newton } else { 0.5 * (low + high) };
+        let settled = (next - x).abs() <= f64::EPSILON * x.abs();
+        x = next;
+        if settled {
+            break;
+        }
+    }
+    x
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ratios_of_printed_tables() {
+        // Upper points of F: level, degrees of freedom, of the estimate; Abramowitz and Stegun, table 26.9; those of two
+        // degrees of freedom over n are n/2 (level^(-2/n) - 1).
+        let table = [
+            (0.05, 6, 2, 19.33),
+            (0.05, 6, 10, 3.22),
+            (0.01, 6, 1, 5859.0),
+            (0.001, 6, 4, 50.53),
+            (0.001, 3, 30, 7.05),
+            (0.001, 2, 8, 4.0 * (1e-3_f64.powf(-0.25) - 1.0)),
+            (1e-6, 2, 4, 2.0 * (1e-6_f64.powf(-0.5) - 1.0)),
+        ];
+        for (level, a, b, expected) in table {
+            let got = f_level(level, a, b);
+            assert!((got / expected - 1.0).abs() < 2e-3, "level {level}, {a} over {b}: {got}");
+            let back = f_p_value(got, a, b).unwrap();
+            assert!((back / level - 1.0).abs() < 1e-6, "level {level}, {a} over {b}: {back}");
+        }
+        // An estimate of very many is as good as known.
+        let known = chi_square_level(1e-3, 6) / 6.0;
+        assert!((f_level(1e-3, 6, 10_000_000) / known - 1.0).abs() < 1e-5);
+        assert_eq!(
+            (f_p_value(0.0, 6, 1), f_p_value(1.0, 6, 0), f_p_value(f64::NAN, 6, 1)),
+            (Some(1.0), None, None)
+        );
+    }
 
     #[test]
     fn levels_of_printed_tables() {
@@ -147,9 +219,12 @@ mod tests {
             (0.995, 16.0, 2.920_781_622_425_1),
             (0.975, 9.0, 2.262_157_162_798_205),
             (0.9, 3.5, 1.576_576_605_139_645),
-            (0.977_25, 50.0, 2.051_250_781_882_188_2),
-            (0.975, f64::INFINITY, 1.959_963_984_540_054_2),
-            (1e-9, f64::INFINITY, -5.997_807_015_007_686_9),
+            (0.977_25, 50.0, 2.051_250_781_882_188_3),
+            (0.975, 9_999.0, 1.960_201_263_621_358),
+            (0.975, 10_001.0, 1.960_201_216_164_641_2),
+            (0.999_99, 0.5, 1_028_491_156.316_34),
+            (0.975, f64::INFINITY, 1.959_963_984_540_054_3),
+            (1e-9, f64::INFINITY, -5.997_807_015_007_686_5),
         ];
         for (probability, degrees, expected) in table {
             let got = student_quantile(probability, degrees);

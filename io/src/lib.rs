@@ -7,7 +7,8 @@
 //! * [`frame`]: frames as text;
 //! * [`dialect`]: a frame in the words of the machine that will use it;
 //! * [`number`]: numbers as text;
-//! * [`mod@write`]: measurement files and touch tables as text.
+//! * [`mod@write`]: measurement files and touch tables as text;
+//! * `history`, a feature of that name: results kept over time.
 //!
 //! Whatever is wrong with an input is an [`InputError`] that names the file, line, column and key, and the nearest
 //! right name. Lengths stay in the unit that the file states: only a dialect that has a unit of its own converts, and nothing
@@ -17,6 +18,8 @@ pub mod calibration;
 pub mod dialect;
 pub mod error;
 pub mod frame;
+#[cfg(feature = "history")]
+pub mod history;
 pub mod measurement;
 pub mod number;
 pub mod parameter;

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use touchref_core::{
-    Adjustment, Covariance, Iteration, Limit, Literal, Measure, Motion, Observability, Parameters, Probe,
-    Residual, RootReport, SigmaSource, Solution, Trust, Twist, Value, Warning,
+    Adjustment, Covariance, Iteration, Limit, Literal, Measure, Motion, Noise, Observability, Parameters,
+    Probe, Residual, RootReport, SigmaSource, Solution, Trust, Twist, Value, Warning,
 };
 
 use crate::{FrameRecord, TouchRecord, Units};
@@ -226,6 +226,18 @@ pub struct ResidualRecord {
     pub id: Option<String>,
     /// Name of the surface.
     pub surface: String,
+    /// Centre of the tip, in the parent; older results do not tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<[f64; 3]>,
+    /// Standard deviation along the surface's normal, where the touch states its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sigma: Option<f64>,
+    /// Covariance of the position, along the parent's axes, where the touch states that instead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<[[f64; 3]; 3]>,
+    /// Direction in which the probe moved, in the parent, where that is stated; a unit vector.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub approach: Option<[f64; 3]>,
     /// Signed distance from the surface less the tip radius.
     pub residual: Option<f64>,
     /// The same in standard deviations.
@@ -250,6 +262,16 @@ impl ResidualRecord {
             index,
             id: touch.id.clone(),
             surface: touch.surface.clone(),
+            at: Some(touch.at.into()),
+            sigma: match touch.noise {
+                Noise::Sigma(sigma) => Some(sigma),
+                _ => None,
+            },
+            covariance: match touch.noise {
+                Noise::Covariance(covariance) => Some(covariance.transpose().into()),
+                _ => None,
+            },
+            approach: touch.approach.map(|direction| direction.into_inner().into()),
             residual: finite(residual.length),
             normalized: residual.normalized.and_then(finite),
             excluded: false,
@@ -481,5 +503,6 @@ impl From<&Warning> for WarningRecord {
     }
 }
 
+mod read;
 #[cfg(test)]
 mod tests;

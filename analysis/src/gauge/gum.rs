@@ -74,16 +74,16 @@ fn end_gauge(_: Settings) -> Result<Vec<Figure>, PropagationError> {
         Figure::printed("effective degrees of freedom of u(d)", "25.6", degrees(1)).because(
             "the GUM rounds u(d) to 9.7 before it raises it to the fourth power; from 9.68 follows 25.4",
         ),
-        Figure::printed("part of the standard in u(l)", "25", part(0)),
-        Figure::printed("part of the difference of expansion", "2.9", part(5)),
-        Figure::printed("part of the difference of temperature", "16.6", part(8)),
+        Figure::recomputed("part of the standard in u(l)", "25", part(0)),
+        Figure::recomputed("part of the difference of expansion", "2.9", part(5)),
+        Figure::recomputed("part of the difference of temperature", "16.6", part(8)),
         Figure::printed("u(l)", "32", u),
         Figure::printed("effective degrees of freedom, cut to a whole number", "16", degrees(0).floor()),
-        Figure::printed("coverage factor, 99 %", "2.92", coverage_factor(0.99, degrees(0))?),
+        Figure::recomputed("coverage factor, 99 %", "2.921", coverage_factor(0.99, degrees(0))?),
         Figure::printed("U(l), 99 %", "93", result.expanded_uncertainty(0, 0.99)?.unwrap_or(f64::NAN))
             .because("the GUM multiplies rounded numbers, 2.92 by 32; from 31.66 follows 92.5"),
-        Figure::printed("second order: of expansion and temperature", "11.7", higher[2].sqrt()),
-        Figure::printed("second order: of expansion and its difference", "1.7", higher[3].sqrt()),
+        Figure::recomputed("second order: of expansion and temperature", "11.7", higher[2].sqrt()),
+        Figure::recomputed("second order: of expansion and its difference", "1.7", higher[3].sqrt()),
         Figure::printed("u(l) with terms of second order", "34", (u * u + higher[0]).sqrt()),
     ])
 }
@@ -171,8 +171,8 @@ fn thermometer(_: Settings) -> Result<Vec<Figure>, PropagationError> {
         Figure::printed("u(y1)", "0.0029", result.standard_uncertainty(0)),
         Figure::printed("slope y2", "0.00218", result.estimates[1]),
         Figure::printed("u(y2)", "0.00067", result.standard_uncertainty(1)),
-        Figure::printed("r(y1, y2)", "-0.930", r),
-        Figure::printed("standard deviation of a correction", "0.0035", s),
+        Figure::printed("r(y1, y2)", "-0.93", r),
+        Figure::recomputed("standard deviation of a correction", "0.0034976", s),
         Figure::printed("correction at 30", "-0.1494", predicted.estimates[0]),
         Figure::printed("u of the correction at 30", "0.0041", predicted.standard_uncertainty(0)),
     ])

@@ -120,10 +120,10 @@ fn sum(
     // Symmetric, as the distribution is: the ends of a shortest interval scatter more.
     let drawn = settings.monte_carlo(0.95, Interval::Symmetric).run(1, &draw, &quietly)?;
     let mut figures = vec![
-        Figure::new(origin, "first order: u", first_order[0], result.standard_uncertainty(0)),
-        Figure::new(origin, "first order: high end", first_order[1], expanded),
+        Figure::recomputed("first order: u", first_order[0], result.standard_uncertainty(0)),
+        Figure::recomputed("first order: high end", first_order[1], expanded),
     ];
-    figures.extend(monte_carlo_figures(origin, "", monte_carlo.map(Some), &drawn.outputs[0]));
+    figures.extend(monte_carlo_figures(origin, "", monte_carlo.map(Some), &drawn, 0));
     Ok(figures)
 }
 
@@ -191,7 +191,7 @@ fn mass(settings: Settings) -> Result<Vec<Figure>, PropagationError> {
         Figure::recomputed("higher order: high end", "1.3809", estimate + higher_expanded),
     ];
     let published = ["1.2340", "0.0755", "1.0845", "1.3836"].map(Some);
-    figures.extend(monte_carlo_figures(Origin::Recomputed, "", published, &drawn.outputs[0]));
+    figures.extend(monte_carlo_figures(Origin::Recomputed, "", published, &drawn, 0));
     Ok(figures)
 }
 
@@ -231,7 +231,7 @@ fn loss(
             Figure::recomputed(&format!("first order: {name}"), published, computed)
         })
         .collect();
-    figures.extend(monte_carlo_figures(Origin::Recomputed, "", published.map(Some), &drawn.outputs[0]));
+    figures.extend(monte_carlo_figures(Origin::Recomputed, "", published.map(Some), &drawn, 0));
     Ok(figures)
 }
 
@@ -262,5 +262,5 @@ fn gauge_block(settings: Settings) -> Result<Vec<Figure>, PropagationError> {
     };
     let drawn = settings.monte_carlo(0.99, Interval::Shortest).run(1, &draw, &quietly)?;
     let published = ["838.0", "35.8", "744.4", "931.7"].map(Some);
-    Ok(monte_carlo_figures(Origin::Recomputed, "", published, &drawn.outputs[0]))
+    Ok(monte_carlo_figures(Origin::Recomputed, "", published, &drawn, 0))
 }

@@ -102,7 +102,7 @@ fn magnitude_and_phase(
     let mut figures = Vec::new();
     for (output, name) in ["magnitude", "phase"].into_iter().enumerate() {
         let u = result.standard_uncertainty(output);
-        let (published, drawn) = (monte_carlo[output], &drawn.outputs[output]);
+        let published = monte_carlo[output];
         figures.extend([
             Figure::printed(
                 &format!("first order: {name}, estimate"),
@@ -112,7 +112,7 @@ fn magnitude_and_phase(
             Figure::printed(&format!("first order: {name}, u"), first_order[2 * output + 1], u),
         ]);
         let published = [Some(published[0]), Some(published[1]), None, None];
-        figures.extend(monte_carlo_figures(Origin::Printed, &format!("{name}, "), published, drawn));
+        figures.extend(monte_carlo_figures(Origin::Printed, &format!("{name}, "), published, &drawn, output));
     }
     Ok(figures)
 }

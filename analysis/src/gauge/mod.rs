@@ -2,7 +2,7 @@
 //! documents say.
 //!
 //! A figure passes when it rounds to the published one: when it is within half a unit of its last digit, and for a
-//! Monte Carlo result within [`DEVIATIONS`] of our own standard deviations more. What does not pass has a reason that is
+//! Monte Carlo result within so much more as ours scatters. What does not pass has a reason that is
 //! known, or is a difference.
 
 mod gum;
@@ -12,11 +12,13 @@ mod nist;
 mod npl;
 
 use nalgebra::DMatrix;
+use touchref_core::statistics::student_quantile;
 
-use crate::propagation::{Interval, MonteCarlo, Output, PropagationError, Trials};
+use crate::propagation::{Interval, MonteCarlo, Propagated, PropagationError, Trials};
 
-/// Of our own Monte Carlo results: less than one figure in ten thousand is further off by chance.
-pub const DEVIATIONS: f64 = 4.0;
+/// Chance at which a Monte Carlo result of ours is further off than its tolerance: of all figures, fewer than one in a
+/// thousand runs.
+pub const CHANCE: f64 = 1e-5;
 
 /// How the examples are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,7 +76,7 @@ pub fn examples() -> impl Iterator<Item = &'static Example> {
 /// How a published figure is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Origin {
-    /// The document prints it.
+    /// The document prints it, as our source quotes it.
     Printed,
     /// Computed for the document's example from closed forms or by other programs; the document itself was not at hand.
     Recomputed,
@@ -102,10 +104,27 @@ pub struct Figure {
     pub origin: Origin,
     /// Ours.
     pub computed: f64,
-    /// Standard deviation of ours; `None` unless it comes of a Monte Carlo calculation.
-    pub monte_carlo: Option<f64>,
+    /// How ours scatters; `None` unless it comes of a Monte Carlo calculation.
+    pub monte_carlo: Option<Scatter>,
     /// Why ours is another one, where that is known.
     pub reason: Option<&'static str>,
+}
+
+/// What is known of the scatter of a Monte Carlo result.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scatter {
+    /// Standard deviation.
+    pub s: f64,
+    /// Degrees of freedom of that: blocks of trials less one.
+    pub degrees_of_freedom: f64,
+}
+
+impl Scatter {
+    /// The result is further off than this with [`CHANCE`] only.
+    #[must_use]
+    pub fn bound(&self) -> f64 {
+        student_quantile(1.0 - 0.5 * CHANCE, self.degrees_of_freedom) * self.s
+    }
 }
 
 /// What comes of the comparison.
@@ -145,8 +164,8 @@ impl Figure {
         Self::new(Origin::Recomputed, quantity, published, computed)
     }
 
-    fn with_monte_carlo(self, deviation: f64) -> Self {
-        Self { monte_carlo: Some(deviation), ..self }
+    fn with_monte_carlo(self, scatter: Scatter) -> Self {
+        Self { monte_carlo: Some(scatter), ..self }
     }
 
     fn because(self, reason: &'static str) -> Self {
@@ -164,7 +183,7 @@ impl Figure {
     pub fn tolerance(&self) -> f64 {
         /// Doubles near a published number are no nearer to it: a figure that is exactly half a unit off passes.
         const ROUNDING: f64 = 1e-9;
-        self.rounding() * (1.0 + ROUNDING) + DEVIATIONS * self.monte_carlo.unwrap_or(0.0)
+        self.rounding() * (1.0 + ROUNDING) + self.monte_carlo.map_or(0.0, |scatter| scatter.bound())
     }
 
     /// By how much it does; NaN where the published text is no number.
@@ -202,8 +221,11 @@ fn monte_carlo_figures(
     origin: Origin,
     name: &str,
     published: [Option<&'static str>; 4],
-    output: &Output,
+    drawn: &Propagated,
+    output: usize,
 ) -> Vec<Figure> {
+    let degrees_of_freedom = drawn.blocks as f64 - 1.0;
+    let output = &drawn.outputs[output];
     let numerical = &output.numerical;
     let ours = [
         (output.estimate, numerical.estimate),
@@ -211,11 +233,13 @@ fn monte_carlo_figures(
         (output.low, numerical.low),
         (output.high, numerical.high),
     ];
-    let figures =
-        RESULTS.iter().zip(published).zip(ours).filter_map(|((result, published), (value, deviation))| {
-            let quantity = format!("Monte Carlo: {name}{result}");
-            Some(Figure::new(origin, &quantity, published?, value).with_monte_carlo(deviation))
-        });
+    let figures = RESULTS.iter().zip(published).zip(ours).filter_map(|((result, published), (value, s))| {
+        let quantity = format!("Monte Carlo: {name}{result}");
+        Some(
+            Figure::new(origin, &quantity, published?, value)
+                .with_monte_carlo(Scatter { s, degrees_of_freedom }),
+        )
+    });
     figures.collect()
 }
 
@@ -248,7 +272,10 @@ mod tests {
         assert_eq!(figure(0.2955).verdict(), Verdict::Pass);
         assert_eq!(figure(0.2956).verdict(), Verdict::Diff);
         assert_eq!(figure(0.2956).because("it is rounded down").verdict(), Verdict::Note);
-        assert_eq!(figure(0.2956).with_monte_carlo(0.0001).verdict(), Verdict::Pass);
+        // Printed tables of Student's distribution: 99.9995 % is beyond 4.4 deviations, whatever the degrees of freedom.
+        let scatter = Scatter { s: 0.0001 / 4.4, degrees_of_freedom: 9.0 };
+        assert_eq!(figure(0.2956).with_monte_carlo(scatter).verdict(), Verdict::Pass);
+        assert!(scatter.bound() > Scatter { degrees_of_freedom: 39.0, ..scatter }.bound());
         assert_eq!(figure(f64::NAN).verdict(), Verdict::Diff);
     }
 }

@@ -46,8 +46,11 @@ fn values_within(count: usize, probability: f64) -> usize {
 /// # Errors
 /// [`PropagationError::Probability`].
 pub fn coverage_factor(probability: f64, degrees_of_freedom: f64) -> Result<f64, PropagationError> {
+    /// Effective degrees of freedom are as good as derivatives are: a whole number that rounding left just below is it.
+    const ROUNDING: f64 = 1e-8;
     check_probability(probability)?;
-    Ok(student_quantile(0.5 + 0.5 * probability, degrees_of_freedom.floor().max(1.0)))
+    let whole = (degrees_of_freedom * (1.0 + ROUNDING)).floor().max(1.0);
+    Ok(student_quantile(0.5 + 0.5 * probability, whole))
 }
 
 /// Half-axes, in standard uncertainties, of the ellipsoid that holds so many normal quantities together with this

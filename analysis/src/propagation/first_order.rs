@@ -1,14 +1,17 @@
 //! The law of propagation of uncertainty: GUM clause 5 and annex G, and JCGM 102:2011, clause 6, for several outputs.
 //!
-//! Derivatives are taken along each input in units of its own standard uncertainty, as central differences carried to
-//! the limit of step zero (Ridders 1982): exact but for rounding on smooth models, about ten digits.
+//! Derivatives are central differences, carried from steps of one standard uncertainty to the limit of step zero (Ridders
+//! 1982): exact but for rounding on smooth models, nine digits or more.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::{PropagationError, check_probability, coverage::coverage_factor, distribution::square_root};
 
-/// Steps tried, each half of the one before, from one standard uncertainty on.
+/// Steps tried, each half of the one before.
 const STEPS: usize = 16;
+/// The first step is one standard uncertainty, but no smaller part of the estimate than this: rounding of the moved
+/// input itself would show.
+const LEAST_PART: f64 = 1e-5;
 
 /// What is known of an input quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,6 +35,16 @@ impl Input {
     #[must_use]
     pub fn with_degrees_of_freedom(self, degrees_of_freedom: f64) -> Self {
         Self { degrees_of_freedom, ..self }
+    }
+
+    /// The first step along it.
+    fn step(&self) -> f64 {
+        self.u.max(LEAST_PART * self.estimate.abs())
+    }
+
+    /// Standard uncertainty in these steps.
+    fn u_in_steps(&self) -> f64 {
+        self.u / self.step()
     }
 }
 
@@ -95,7 +108,7 @@ impl<'a> FirstOrder<'a> {
             if known.u > 0.0 {
                 let slopes =
                     self.limit(1, |h| (self.at(&[(input, h)]) - self.at(&[(input, -h)])) / (2.0 * h))?;
-                contributions.set_column(input, &slopes);
+                contributions.set_column(input, &(slopes * known.u_in_steps()));
             }
         }
         let covariance = match self.correlation {
@@ -115,9 +128,11 @@ impl<'a> FirstOrder<'a> {
     /// or nearly (GUM 5.1.2, note): `sum of (f_ij^2 / 2 + f_i f_ijj) u_i^2 u_j^2`. It may be negative.
     ///
     /// # Errors
-    /// [`PropagationError::NotDifferentiable`].
+    /// [`PropagationError::Correlated`]; [`PropagationError::NotDifferentiable`].
     pub fn higher_order_variance(&self) -> Result<Vec<f64>, PropagationError> {
-        let slopes = self.propagate()?.contributions;
+        let Propagation { contributions: slopes, correlated: false, .. } = self.propagate()? else {
+            return Err(PropagationError::Correlated);
+        };
         let uncertain: Vec<usize> = (0..self.inputs.len()).filter(|&i| self.inputs[i].u > 0.0).collect();
         let mut variance = DVector::zeros(self.outputs);
         for &i in &uncertain {
@@ -130,17 +145,19 @@ impl<'a> FirstOrder<'a> {
                     (ends - self.at(&[(i, x)]) * 2.0) / (h * h)
                 };
                 let third = self.limit(3, |h| (bend(h, h) - bend(-h, h)) / (2.0 * h))?;
-                variance += second.component_mul(&second) * 0.5 + slopes.column(i).component_mul(&third);
+                let (u, v) = (self.inputs[i].u_in_steps(), self.inputs[j].u_in_steps());
+                variance += second.component_mul(&second) * (0.5 * (u * v).powi(2));
+                variance += slopes.column(i).component_mul(&third) * (u * v * v);
             }
         }
         Ok(variance.as_slice().to_vec())
     }
 
-    /// The model with inputs moved by so many of their standard uncertainties; moves of one input add up.
+    /// The model with inputs moved by so many of their first steps; moves of one input add up.
     fn at(&self, moves: &[(usize, f64)]) -> DVector<f64> {
         let mut values: Vec<f64> = self.inputs.iter().map(|input| input.estimate).collect();
         for (input, by) in moves {
-            values[*input] += by * self.inputs[*input].u;
+            values[*input] += by * self.inputs[*input].step();
         }
         let mut outputs = DVector::from_element(self.outputs, f64::NAN);
         (self.model)(&values, outputs.as_mut_slice());
@@ -168,7 +185,8 @@ impl<'a> FirstOrder<'a> {
                 power *= 4.0;
                 let finer = (&row[column] * power - coarser) / (power - 1.0);
                 for output in 0..self.outputs {
-                    let rounding = f64::EPSILON * size[output] / step.powi(order);
+                    let moved = finer[output].abs() / (LEAST_PART * step);
+                    let rounding = f64::EPSILON * (size[output] / step.powi(order) + moved);
                     let apart = f64::max(
                         (finer[output] - row[column][output]).abs(),
                         (finer[output] - coarser[output]).abs(),

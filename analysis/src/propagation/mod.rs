@@ -60,6 +60,9 @@ pub enum PropagationError {
         /// What else is asked of it.
         more: &'static str,
     },
+    /// Inputs are correlated, and what was asked for is known for independent ones only.
+    #[error("terms of higher order are known for independent inputs only")]
+    Correlated,
     /// The model has no value, or no finite derivative, at the estimates.
     #[error("the model has no finite value or derivative for output {output} at the estimates of the inputs")]
     NotDifferentiable {

@@ -56,6 +56,8 @@ pub struct Propagated {
     pub trials: u64,
     /// How many of them had no value; the results are of the others.
     pub failed: u64,
+    /// Into how many blocks they were cut, to see how results scatter.
+    pub blocks: usize,
     /// Whether all results are known to their numerical tolerance. For a fixed number of trials, too, where it is no more
     /// than told.
     pub stable: bool,
@@ -96,6 +98,9 @@ pub struct Numerical {
 impl MonteCarlo {
     /// Makes the trials, on all threads: trial `k` draws from [`generator`]`(seed, k)`. Calls `progress` with how many
     /// more were made, from any thread.
+    ///
+    /// With [`Trials::Adaptive`] it goes on until every output is stable by the rule for
+    /// one: JCGM 102:2011, 7.8, asks for the coverage factor and the correlations to be, too, which is left out here.
     ///
     /// Holds all values in memory: so many times the outputs.
     ///
@@ -322,8 +327,9 @@ impl Series {
             })
         };
         let results = (0..outputs).map(one).collect::<Result<_, PropagationError>>()?;
+        let blocks = self.blocks[0].results[0].len();
         let Self { trials, failed, values, .. } = self;
-        Ok(Propagated { outputs: results, covariance, trials, failed, stable, values })
+        Ok(Propagated { outputs: results, covariance, trials, failed, blocks, stable, values })
     }
 
     fn too_many_failed(&self) -> PropagationError {

@@ -25,14 +25,11 @@ use crate::{
     failure::Failure,
     output::{Output, progress},
     points::{InUse, UseArgs},
+    samples::trials,
     setup::{Setup, missing_sigma},
     text::{self, Look},
 };
 
-/// Draws after which a result that is not stable is told as it is.
-const MOST_DRAWS: u64 = 2_000_000;
-/// Draws that may be asked for: all of their numbers are held in memory.
-const MOST_SAMPLES: u64 = 10_000_000;
 /// Residuals of fewer degrees of freedom tell a sigma that has no variance of its own: nothing settles.
 const LEAST_DEGREES: usize = 3;
 
@@ -72,11 +69,7 @@ enum Samples {
 fn samples(text: &str) -> Result<Samples, String> {
     match text.trim() {
         "none" => Ok(Samples::None),
-        "auto" => Ok(Samples::Some(Trials::Adaptive { most: MOST_DRAWS })),
-        number => match number.parse() {
-            Ok(count @ 1..=MOST_SAMPLES) => Ok(Samples::Some(Trials::Fixed(count))),
-            _ => Err(format!("expected a number of draws up to {MOST_SAMPLES}, `auto` or `none`")),
-        },
+        some => trials(some).map(Samples::Some).map_err(|error| format!("{error}, or `none`")),
     }
 }
 

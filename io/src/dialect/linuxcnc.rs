@@ -1,4 +1,4 @@
-//! LinuxCNC: work offsets, which cannot be tilted, and the tilted work plane of its simulation.
+//! `LinuxCNC`: work offsets, which cannot be tilted, and the tilted work plane of its simulation.
 
 use touchref_core::{DialectPlugin, ParameterKind, ParameterSpec, Units};
 
@@ -11,7 +11,7 @@ use super::{
 /// a metre away.
 const TILT: &str = "0.001";
 
-/// LinuxCNC work offsets.
+/// Work offsets of `LinuxCNC`.
 pub static PLUGIN: DialectPlugin = DialectPlugin {
     name: "linuxcnc",
     summary: "LinuxCNC: a work offset by G10 L2 (G54 is 1), turned about Z; refuses a tilt",
@@ -50,7 +50,7 @@ pub static PLUGIN: DialectPlugin = DialectPlugin {
 };
 touchref_core::register_dialect!(PLUGIN);
 
-/// LinuxCNC's tilted work plane.
+/// The tilted work plane of `LinuxCNC`.
 pub static TILTED: DialectPlugin = DialectPlugin {
     name: "linuxcnc-g68",
     summary: "LinuxCNC: tilted work plane by G68.2, where the configuration remaps it",

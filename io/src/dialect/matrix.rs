@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Point3, Rotation3, Vector4};
 use touchref_core::{Convention, Dialect, DialectPlugin, Frame, Loss, ParameterKind, ParameterSpec, Units};
 
-/// Rows in brackets, as NumPy and JSON read them.
+/// Rows in brackets, as `numpy` and JSON read them.
 pub static PLUGIN: DialectPlugin = DialectPlugin {
     name: "matrix",
     summary: "4x4 matrix, rows in brackets (NumPy, JSON, CAD): loses nothing, the one to archive",

@@ -312,8 +312,8 @@ pub(super) fn variable<'a>(
     if begins && word.chars().all(allowed) {
         return Ok(word);
     }
-    let also: String = more.chars().map(|c| format!(", `{c}`")).collect();
-    Err(wrong(name, word, format!("a letter, then letters, digits, `_`{also}")))
+    let marks: Vec<String> = "_".chars().chain(more.chars()).map(|c| format!("`{c}`")).collect();
+    Err(wrong(name, word, format!("a letter, then letters, digits, {}", marks.join(", "))))
 }
 
 /// The parameter `number`.

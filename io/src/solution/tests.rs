@@ -49,7 +49,7 @@ fn json_has_the_stated_keys_and_comes_back_the_same() {
     assert_eq!(serde_json::from_str::<SolutionRecord>(&text).unwrap(), record);
     for part in [
         r#"{"schema":"touchref.solution/1","fixture":{"kind":"f","parameters":{"radius":1.0}},"solver":"test","units":"mm""#,
-        r#""touches":[{"index":0,"id":null,"surface":"plane","residual":0.30000000000000004,"normalized":null}]"#,
+        r#""touches":[{"index":0,"id":null,"surface":"plane","at":[0.0,0.0,0.0],"residual":0.30000000000000004,"normalized":null}]"#,
         r#""degrees_of_freedom":0,"p_value":null"#,
         r#""order":["x","y","z","rx","ry","rz"],"axes":"parent","about":"origin","sigma":0.5,"sigma_source":"residuals""#,
         r#""measures":{"radius":1.2},"measures_u":{"radius":null},"misfit":null,"selected":true"#,

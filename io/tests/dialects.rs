@@ -3,6 +3,7 @@
 //! every dialect against every other.
 
 #![allow(clippy::unwrap_used)] // A test may panic.
+#![allow(clippy::approx_constant, clippy::float_cmp)] // Golden values as printed; what loses nothing is equal.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -327,7 +328,7 @@ fn the_golden_vectors_as_matrices() {
     }
 }
 
-/// Only the one golden vector that lies flat can be a work offset of LinuxCNC.
+/// Only the one golden vector that lies flat can be a work offset of `LinuxCNC`.
 #[test]
 fn a_tilt_is_refused_where_it_cannot_be_told() {
     for golden in golden() {

@@ -43,7 +43,7 @@ pub(crate) fn description(description: &Description, look: Look) -> String {
         sheet.prose(&format!("--dialect {call}"));
         note_of_dialect(&mut sheet, note);
         sheet.heading("30 degrees about Z, at 100, 200, 300 mm");
-        sheet.to_copy(example);
+        sheet.exact(example);
     }
     sheet.heading("Parameters");
     parameters(&mut sheet, &description.parameters);

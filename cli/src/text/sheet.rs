@@ -66,7 +66,7 @@ impl Sheet {
     }
 
     /// Text to copy: kept as it is, lines at the margin.
-    pub(super) fn to_copy(&mut self, text: &str) {
+    pub(super) fn exact(&mut self, text: &str) {
         self.text.push_str(text);
         self.text.push('\n');
     }

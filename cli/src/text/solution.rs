@@ -28,7 +28,7 @@ pub(crate) fn solution(record: &SolutionRecord, look: Look) -> String {
     residuals(&mut sheet, &record.touches, &record.units);
     for (dialect, literal) in &record.dialects {
         sheet.heading(&format!("For {dialect}"));
-        sheet.to_copy(literal);
+        sheet.exact(literal);
         if let Some(note) = record.dialect_notes.get(dialect) {
             note_of_dialect(&mut sheet, note);
             sheet.prose(&loss(note, &record.units));

@@ -518,6 +518,32 @@ fn every_dialect_of_a_frame_tells_the_same_frame() {
     });
 }
 
+/// The one dialect that the frames above are not for: turns about Z, near none and near a half turn, too.
+#[test]
+fn every_level_frame_is_a_work_offset() {
+    let mut generator = SmallRng::seed_from_u64(11);
+    let near = (0..=16).flat_map(|k| {
+        let off = if k == 0 { 0.0 } else { 10f64.powi(-k).to_degrees() };
+        [off, -off, 180.0 - off, -180.0 + off]
+    });
+    let mut turns: Vec<f64> = near.collect();
+    turns.extend((0..10_000).map(|_| generator.random_range(-180.0..180.0)));
+    for (name, millimetres) in [("linuxcnc", 1.0), ("linuxcnc:units=in", 25.4)] {
+        let dialect = dialect(name);
+        for turn in &turns {
+            let told = frame(rz(*turn), std::array::from_fn(|_| generator.random_range(-2e3..2e3)));
+            let text = Literal::new(name, &*dialect, &told, Units::Millimetre, &[]).unwrap().text;
+            assert_plain(&text);
+            let numbers: Vec<f64> =
+                text.split([' ', '\n']).skip(4).map(|word| word[1..].parse().unwrap()).collect();
+            let [x, y, z, r] = numbers[..] else { panic!("{text}") };
+            let off = (Point3::new(x, y, z) * millimetres - told.origin).abs().max();
+            assert!(off <= 0.5e-6 * millimetres + 1e-12, "{text}: {off:e}");
+            assert!(between(&rz(r), told.rotation.matrix()) <= 0.5e-6_f64.to_radians() + ROUNDING, "{text}");
+        }
+    }
+}
+
 /// What is said to be lost is what the reader of this file finds, in whatever unit the measurement is.
 #[test]
 fn the_loss_at_the_touches_is_told() {

@@ -7,6 +7,7 @@ pub mod drift;
 pub mod estimate;
 pub mod gauge;
 pub mod linear;
+pub mod planning;
 pub mod propagation;
 pub mod reference;
 pub mod reliability;
@@ -16,6 +17,7 @@ pub mod uncertainty;
 
 pub use estimate::{Estimate, Share};
 pub use linear::{Linear, Observation};
+pub use planning::{Plan, PlanError, Planner};
 pub use reliability::{Reliability, ReliabilityError, Test};
 pub use simulation::{Layout, contacts, random_frame, random_layout, simulate};
 pub use study::{Study, StudyError, StudyLayout, StudyOutcome};

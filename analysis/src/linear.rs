@@ -13,7 +13,7 @@
 //! for use in geodetic networks, 1968): 1 where an observation is checked wholly by the others, 0 where not at all.
 
 use nalgebra::{DMatrix, DVector, Matrix3x6, Matrix6, Matrix6xX, Point3, Vector3, Vector6};
-use touchref_core::{Frame, Problem, RANK_TOLERANCE, Unknown};
+use touchref_core::{Contact, Fixture, Frame, Problem, RANK_TOLERANCE, Unknown};
 
 /// What tells of the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,29 +42,17 @@ impl Linear {
     /// Where no sigma is stated that of each touch is taken as 1, and stated uncertainties do not count.
     #[must_use]
     pub fn at(problem: &Problem<'_>, frame: &Frame) -> Option<Self> {
-        let uncertain: Vec<(Unknown, f64)> = problem.uncertain().collect();
-        let freedom = problem.fixture().freedom();
-        let motions: Vec<usize> = (0..6).filter(|motion| !freedom.is_free(*motion)).collect();
+        let columns = Columns::of(problem);
+        let Columns { uncertain, motions, .. } = &columns;
         let touches = problem.touches().len();
         let (count, sizes) = (touches + uncertain.len(), uncertain.len());
-        let mut jacobian = DMatrix::zeros(count, sizes + motions.len());
+        let mut jacobian = DMatrix::zeros(count, columns.len());
         let mut misfits = DVector::zeros(count);
         let mut sigmas = Vec::with_capacity(count);
-        let nominal: Vec<f64> = problem.fixture().dimensions().iter().map(|known| known.value).collect();
         for (index, touch) in problem.touches().iter().enumerate() {
             let contact = problem.contact(frame, index);
-            for (column, (unknown, _)) in uncertain.iter().enumerate() {
-                let slope = match unknown {
-                    Unknown::Dimension(dimension) => {
-                        problem.fixture().dimension_gradient(*dimension, touch.surface, &contact.at, &nominal)
-                    }
-                    Unknown::TipRadius => -1.0,
-                };
-                jacobian[(index, column)] = slope / contact.sigma;
-            }
-            let gradient = contact.gradient();
-            for (column, motion) in motions.iter().enumerate() {
-                jacobian[(index, sizes + column)] = gradient[*motion] / contact.sigma;
+            for (column, slope) in columns.row(problem.fixture(), touch.surface, &contact).enumerate() {
+                jacobian[(index, column)] = slope;
             }
             misfits[index] = contact.residual / contact.sigma;
             sigmas.push(contact.sigma);
@@ -148,6 +136,50 @@ pub fn lever(frame: &Frame, point: &Point3<f64>) -> Matrix3x6<f64> {
     let mut lever = Matrix3x6::identity();
     lever.fixed_columns_mut::<3>(3).copy_from(&(-arm.cross_matrix()));
     lever
+}
+
+/// The unknowns of a measurement, a column of the Jacobian each: uncertain sizes and tip, then the motions along the
+/// fixture's axes that it does not leave free.
+#[derive(Debug)]
+pub(crate) struct Columns {
+    /// Sizes and tip, and what is stated of each: its standard uncertainty.
+    pub(crate) uncertain: Vec<(Unknown, f64)>,
+    /// Indices of the motions, in the order of a twist.
+    pub(crate) motions: Vec<usize>,
+    nominal: Vec<f64>,
+}
+
+impl Columns {
+    pub(crate) fn of(problem: &Problem<'_>) -> Self {
+        let freedom = problem.fixture().freedom();
+        Self {
+            uncertain: problem.uncertain().collect(),
+            motions: (0..6).filter(|motion| !freedom.is_free(*motion)).collect(),
+            nominal: problem.fixture().dimensions().iter().map(|known| known.value).collect(),
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.uncertain.len() + self.motions.len()
+    }
+
+    /// How the distance of a touch, in its standard deviations, grows with each of the unknowns.
+    pub(crate) fn row(
+        &self,
+        fixture: &dyn Fixture,
+        surface: usize,
+        contact: &Contact,
+    ) -> impl Iterator<Item = f64> {
+        let sizes = self.uncertain.iter().map(move |(unknown, _)| match unknown {
+            Unknown::Dimension(dimension) => {
+                fixture.dimension_gradient(*dimension, surface, &contact.at, &self.nominal)
+            }
+            Unknown::TipRadius => -1.0,
+        });
+        let gradient = contact.gradient();
+        let motions = self.motions.iter().map(move |motion| gradient[*motion]);
+        sizes.chain(motions).map(|slope| slope / contact.sigma)
+    }
 }
 
 /// Twists along the fixture's axes, one a column, along the parent's.

@@ -5,6 +5,7 @@ use std::{fmt::Display, io};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use touchref::{
     DialectError, RegistryError, SolveError,
+    analysis::planning::PlanError,
     io::{ErrorRecord, InputError, PlacementTouches, TouchRecord, Units, refusal::ConcernedPlacement},
     solvers::{bundle::BundleError, element::ElementError},
 };
@@ -18,6 +19,8 @@ pub(crate) enum Failure {
     Refused(Box<Refused>),
     /// Placements give no calibration.
     Uncalibrated(Box<Uncalibrated>),
+    /// There is no layout to touch that does what is wanted.
+    Unplanned(Box<PlanError>),
     /// The touches do not determine what is wanted.
     Undetermined(ElementError),
     /// A frame was found, but cannot be told in a dialect that was asked for.
@@ -86,7 +89,7 @@ impl Failure {
         match self {
             Self::Refused(refused) if !refused.error.is_input_error() => 1,
             Self::Uncalibrated(refused) if !refused.error.is_input_error() => 1,
-            Self::Undetermined(_) | Self::Untold(_) => 1,
+            Self::Undetermined(_) | Self::Unplanned(_) | Self::Untold(_) => 1,
             _ if self.is_help() => 0,
             _ => 2,
         }
@@ -108,6 +111,7 @@ impl Failure {
                 record
             }
             Self::Uncalibrated(refused) => refused.record(),
+            Self::Unplanned(error) => of_plan(error),
             Self::Undetermined(error) => ErrorRecord::new(
                 "degenerate",
                 error.to_string(),
@@ -131,6 +135,19 @@ fn of_dialect(error: &DialectError) -> ErrorRecord {
         findings.bound = Some(lost.angle_bound.to_degrees());
     }
     record
+}
+
+fn of_plan(error: &PlanError) -> ErrorRecord {
+    let (code, help) = match error {
+        PlanError::NotMet { .. } => {
+            ("not-met", "a smaller sigma, more precisely known sizes, or points of use nearer to the fixture")
+        }
+        PlanError::NoSoundLayout { refusal, .. } => {
+            (refusal.code(), "plan more touches, a wider reach, or with a smaller sigma")
+        }
+        _ => ("degenerate", "plan more touches, on other surfaces, or a wider reach"),
+    };
+    ErrorRecord::new(code, error.to_string(), help)
 }
 
 /// The first paragraph of what clap says, and the argument it is about.

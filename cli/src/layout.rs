@@ -48,22 +48,25 @@ impl LayoutArgs {
 
     /// How many touches each surface gets in a random layout.
     pub(crate) fn counts(&self, setup: &Setup) -> Result<Vec<usize>, InputError> {
-        let surfaces = setup.fixture.surfaces();
-        let given = self.touches_per_surface.len();
-        if given == surfaces.len() {
-            return Ok(self.touches_per_surface.clone());
-        }
-        if given > 0 {
-            let names: Vec<&str> = surfaces.iter().map(|surface| surface.name.as_str()).collect();
-            let message = format!("{given} counts are given for {} surfaces", names.len());
-            return Err(InputError::new("invalid-input", message)
-                .with_key("touches-per-surface")
-                .with_help(format!("give one count for each of {}", names.join(", "))));
+        if let Some(given) = per_surface(&self.touches_per_surface, setup)? {
+            return Ok(given);
         }
         if setup.has_touches() {
             return Ok(setup.problem()?.counts());
         }
         let fewest = setup.fixture.requirement().alternatives.first();
-        Ok(fewest.cloned().unwrap_or_else(|| vec![1; surfaces.len()]))
+        Ok(fewest.cloned().unwrap_or_else(|| vec![1; setup.fixture.surfaces().len()]))
     }
+}
+
+/// Counts that are given, one for each surface; `None` where none are.
+pub(crate) fn per_surface(given: &[usize], setup: &Setup) -> Result<Option<Vec<usize>>, InputError> {
+    let names: Vec<&str> = setup.fixture.surfaces().iter().map(|surface| surface.name.as_str()).collect();
+    if given.is_empty() || given.len() == names.len() {
+        return Ok(Some(given.to_vec()).filter(|given| !given.is_empty()));
+    }
+    let message = format!("{} counts are given for {} surfaces", given.len(), names.len());
+    Err(InputError::new("invalid-input", message)
+        .with_key("touches-per-surface")
+        .with_help(format!("give one count for each of {}", names.join(", "))))
 }

@@ -18,6 +18,7 @@ mod commands;
 mod failure;
 mod layout;
 mod output;
+mod planning;
 mod points;
 mod samples;
 mod setup;

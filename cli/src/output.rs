@@ -27,6 +27,24 @@ pub(crate) struct Output {
     status: u8,
 }
 
+/// Lines that are printed at once, for work that answers as it is asked.
+pub(crate) struct Answers(AutoStream<io::Stdout>);
+
+impl Answers {
+    pub(crate) fn new() -> Self {
+        Self(AutoStream::auto(io::stdout()))
+    }
+
+    /// Prints a line; `false` where nobody reads any more.
+    pub(crate) fn say(&mut self, line: &str) -> Result<bool, Failure> {
+        match writeln!(self.0, "{line}").and_then(|()| self.0.flush()) {
+            Ok(()) => Ok(true),
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(false),
+            Err(error) => Err(Failure::writing("to standard output", &error)),
+        }
+    }
+}
+
 impl Output {
     /// A result that writes itself.
     pub(crate) fn stream(result: impl FnOnce(&mut dyn Write) -> io::Result<()> + 'static) -> Self {

@@ -41,7 +41,8 @@ impl UseArgs {
 /// Points of use, from the arguments.
 #[derive(Debug, clap::Args)]
 pub(crate) struct PointArgs {
-    /// A point where the frame is used, in fixture coordinates; may be repeated [default: the fixture's origin]
+    /// A point where the frame is used, in fixture coordinates; may be repeated [default: the fixture's origin; of `plan`
+    /// and `guide` also one fixture size along each axis to either side]
     #[arg(long = "at", value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = point)]
     points: Vec<Point3<f64>>,
 }
@@ -49,11 +50,17 @@ pub(crate) struct PointArgs {
 impl PointArgs {
     /// The points.
     pub(crate) fn points(&self) -> Vec<Point3<f64>> {
-        if self.points.is_empty() { vec![Point3::origin()] } else { self.points.clone() }
+        self.given().unwrap_or_else(|| vec![Point3::origin()])
+    }
+
+    /// The points, where some are given.
+    pub(crate) fn given(&self) -> Option<Vec<Point3<f64>>> {
+        (!self.points.is_empty()).then(|| self.points.clone())
     }
 }
 
-fn point(text: &str) -> Result<Point3<f64>, String> {
+/// A point, for an argument.
+pub(crate) fn point(text: &str) -> Result<Point3<f64>, String> {
     let numbers = text.split(',').map(|number| number.trim().parse::<f64>());
     let numbers = numbers.collect::<Result<Vec<f64>, _>>().ok().filter(|n| n.iter().all(|v| v.is_finite()));
     match numbers.as_deref() {

@@ -71,7 +71,7 @@ pub(crate) struct SolverArgs {
     solver_parameters: Vec<(String, String)>,
 }
 
-fn name_and_value(text: &str) -> Result<(String, String), String> {
+pub(crate) fn name_and_value(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((name, value)) if !name.trim().is_empty() => {
             Ok((name.trim().to_owned(), value.trim().to_owned()))
@@ -96,6 +96,14 @@ pub(crate) struct Setup {
 }
 
 impl MeasurementArgs {
+    /// Whether the measurement or its touches come from standard input.
+    pub(crate) fn reads_stdin(&self) -> bool {
+        [&self.file, &self.touches]
+            .into_iter()
+            .flatten()
+            .any(|path| Input::from(path.clone()) == Input::Stdin)
+    }
+
     /// Where the measurement comes from, for people.
     pub(crate) fn origin(&self) -> String {
         match (&self.file, &self.touches) {

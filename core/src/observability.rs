@@ -102,8 +102,7 @@ impl fmt::Display for Motion {
         match &self.manner {
             Manner::Slide { along: Some(name) } => write!(f, "slide along {name}"),
             Manner::Slide { along: None } => {
-                let d = v.normalize();
-                write!(f, "slide along ({:.4}, {:.4}, {:.4})", d.x, d.y, d.z)
+                write!(f, "slide along {}", Triple(&v.normalize()))
             }
             Manner::Turn { about, slide } => {
                 match about {
@@ -159,14 +158,21 @@ struct Line {
     direction: Vector3<f64>,
 }
 
+/// Three numbers with four digits after the point; no negative zero.
+struct Triple<'a>(&'a Vector3<f64>);
+
+impl fmt::Display for Triple<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        /// Less is written as zero.
+        const HALF: f64 = 0.5e-4;
+        let [x, y, z]: [f64; 3] = self.0.map(|v| if v.abs() < HALF { 0.0 } else { v }).into();
+        write!(f, "({x:.4}, {y:.4}, {z:.4})")
+    }
+}
+
 impl fmt::Display for Line {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { point: p, direction: d } = self;
-        write!(
-            f,
-            "the line through ({:.4}, {:.4}, {:.4}) along ({:.4}, {:.4}, {:.4})",
-            p.x, p.y, p.z, d.x, d.y, d.z
-        )
+        write!(f, "the line through {} along {}", Triple(&self.point.coords), Triple(&self.direction))
     }
 }
 

@@ -14,6 +14,8 @@ mod file;
 
 /// In the place of a surface's name: that it is not known.
 pub const UNLABELLED: &str = "?";
+/// In the place of a touch's coordinates: that it is still to be made.
+pub const NOT_MEASURED: &str = "?";
 
 /// A measurement as its file (or its arguments) states it, in the file's unit.
 ///
@@ -447,6 +449,15 @@ impl TouchRecord {
             placement: None,
             line: None,
         }
+    }
+
+    /// Reads a touch from a line of JSON with the keys of `[[touch]]`, which stands at line `number` of the input, from 1.
+    ///
+    /// # Errors
+    /// As [`Measurement::read`].
+    pub fn from_json(name: &str, number: usize, text: &str) -> Result<Self, InputError> {
+        let before = "\n".repeat(number.saturating_sub(1));
+        file::read_line(&Source::new(name, &(before + text)))
     }
 
     /// Whether its surface is stated.

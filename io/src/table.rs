@@ -5,7 +5,7 @@
 //! header has; with semicolons a decimal comma is accepted. Lines that begin with `#` are comments. A touch whose surface
 //! is not known has [`UNLABELLED`] there, or nothing.
 
-use std::io::{BufRead, Read};
+use std::io::{self, BufRead, Read};
 
 use nalgebra::{Point3, Vector3};
 use touchref_core::{Noise, Warning, parameters::nearest};
@@ -115,6 +115,23 @@ impl TableReader {
         };
         reader.read_header(&header)?;
         Ok(reader)
+    }
+
+    /// A table whose rows come one at a time, under this header: [`row`](Self::row) reads each.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn of_rows(header: &str, name: &str, surfaces: &[&str]) -> Result<Self, InputError> {
+        Self::new(Box::new(io::Cursor::new(header.to_owned())), name, surfaces)
+    }
+
+    /// Reads a row that stands at line `number` of the input, from 1. An error keeps no row from being read later.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn row(&mut self, number: usize, text: &str) -> Result<TouchRecord, InputError> {
+        let line = Line { file: self.lines.name.clone(), number, offset: 0, text: text.to_owned() };
+        self.read_row(&line)
     }
 
     /// What the user should know of the table: columns that are not used.

@@ -2,10 +2,10 @@
 
 use std::{fmt::Write as _, io};
 
-use nalgebra::Point3;
-use touchref_core::{Noise, Parameters, Probe, Value};
+use nalgebra::{Point3, Unit, Vector3};
+use touchref_core::{Frame, Noise, Parameters, Probe, Value};
 
-use crate::{TouchRecord, Units};
+use crate::{TouchRecord, Units, measurement::NOT_MEASURED};
 
 /// One row of a touch table to write; numbers keep the digits that round-trip.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,15 +101,7 @@ pub fn measurement(
     probe: &Probe,
     touches: &[TouchRecord],
 ) -> String {
-    let mut text = format!("units = \"{units}\"\n\n[fixture]\nkind = {}\n", quoted(kind));
-    for (name, value) in parameters.iter() {
-        line(&mut text, name, &value_text(value));
-    }
-    text.push_str("\n[probe]\n");
-    line(&mut text, "tip_radius", &number_text(probe.tip_radius, probe.tip_radius_u));
-    if let Some(sigma) = probe.sigma {
-        line(&mut text, "sigma", &number(sigma));
-    }
+    let mut text = head(kind, parameters, units, probe);
     for touch in touches {
         text.push_str("\n[[touch]]\n");
         if let Some(id) = &touch.id {
@@ -128,6 +120,104 @@ pub fn measurement(
         if let Some(approach) = touch.approach {
             line(&mut text, "approach", &list(approach.iter().copied()));
         }
+    }
+    text
+}
+
+/// A touch that is still to be made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToFill<'a> {
+    /// Name of the surface.
+    pub surface: &'a str,
+    /// Where the tip is to meet it, in fixture coordinates.
+    pub contact: Point3<f64>,
+    /// Centre of the tip there, in fixture coordinates.
+    pub tip: Point3<f64>,
+    /// Direction of the probe's motion, in fixture coordinates.
+    pub approach: Unit<Vector3<f64>>,
+}
+
+/// A measurement file (TOML) to be filled in: each touch has [`NOT_MEASURED`] in the place of what the probe will read, and
+/// a comment where it is to be made. Until then the file is refused.
+///
+/// Approach directions are those that the touches will have in the parent, where the `frame` is known.
+#[must_use]
+pub fn measurement_to_fill(
+    kind: &str,
+    parameters: &Parameters,
+    units: Units,
+    probe: &Probe,
+    touches: &[ToFill<'_>],
+    frame: Option<&Frame>,
+) -> String {
+    let start = format!(
+        "# Planned touches. Write the tip centre that the probe reads, in the parent, in the place of each \
+         \"{NOT_MEASURED}\":\n# at = [x, y, z].\n\n"
+    );
+    let mut text = start + &head(kind, parameters, units, probe);
+    for (index, touch) in touches.iter().enumerate() {
+        text.push_str("\n[[touch]]\n");
+        line(&mut text, "# touch", &index.to_string());
+        line(&mut text, "# contact, in fixture coordinates", &list(touch.contact.iter().copied()));
+        line(&mut text, "# tip centre, in fixture coordinates", &list(touch.tip.iter().copied()));
+        line(&mut text, "# approach, in fixture coordinates", &list(touch.approach.iter().copied()));
+        if let Some(frame) = frame {
+            line(
+                &mut text,
+                "# tip centre expected in the parent",
+                &list(frame.to_parent(&touch.tip).iter().copied()),
+            );
+        }
+        line(&mut text, "surface", &quoted(touch.surface));
+        line(&mut text, "at", &quoted(NOT_MEASURED));
+        if let Some(frame) = frame {
+            line(&mut text, "approach", &list((frame.rotation * touch.approach).iter().copied()));
+        }
+    }
+    text
+}
+
+/// A touch table to be filled in: `x`, `y` and `z` are empty, so that it is refused until then. Where each touch is to be made
+/// stands in columns that are not read; `i`, `j`, `k` and the place expected in the parent are there where the `frame` is
+/// known.
+///
+/// # Errors
+/// Those of `output`.
+pub fn table_to_fill<W: io::Write>(
+    output: W,
+    touches: &[ToFill<'_>],
+    frame: Option<&Frame>,
+) -> io::Result<()> {
+    const NOMINAL: [&str; 6] = ["contact_x", "contact_y", "contact_z", "tip_x", "tip_y", "tip_z"];
+    const PARENT: [&str; 6] = ["i", "j", "k", "expected_x", "expected_y", "expected_z"];
+    let mut writer = csv::Writer::from_writer(output);
+    let known = if frame.is_some() { PARENT.as_slice() } else { &[] };
+    let header = ["surface", "x", "y", "z"].iter().chain(known).chain(&NOMINAL);
+    writer.write_record(header).map_err(io_error)?;
+    for touch in touches {
+        let mut fields = vec![touch.surface.to_owned(), String::new(), String::new(), String::new()];
+        let mut push = |numbers: &[f64]| fields.extend(numbers.iter().map(f64::to_string));
+        if let Some(frame) = frame {
+            push((frame.rotation * touch.approach).as_slice());
+            push(frame.to_parent(&touch.tip).coords.as_slice());
+        }
+        push(touch.contact.coords.as_slice());
+        push(touch.tip.coords.as_slice());
+        writer.write_record(fields).map_err(io_error)?;
+    }
+    writer.flush()
+}
+
+/// What stands above the touches.
+fn head(kind: &str, parameters: &Parameters, units: Units, probe: &Probe) -> String {
+    let mut text = format!("units = \"{units}\"\n\n[fixture]\nkind = {}\n", quoted(kind));
+    for (name, value) in parameters.iter() {
+        line(&mut text, name, &value_text(value));
+    }
+    text.push_str("\n[probe]\n");
+    line(&mut text, "tip_radius", &number_text(probe.tip_radius, probe.tip_radius_u));
+    if let Some(sigma) = probe.sigma {
+        line(&mut text, "sigma", &number(sigma));
     }
     text
 }

@@ -21,20 +21,9 @@ pub(crate) fn failure(failure: &Failure, look: Look) -> String {
         Failure::Input(error) => diagnostic(error, look),
         Failure::Refused(refused) => refusal(refused, &failure.record().error, look),
         Failure::Uncalibrated(refused) => uncalibrated(refused, &failure.record().error, look),
-        Failure::Undetermined(error) => {
-            let mut sheet = Sheet::new(look);
-            sheet.verdict(BAD, "No surface to trust:", &error.to_string());
-            sheet.heading("What to do");
-            sheet.prose(&failure.record().error.help);
-            sheet.finish()
-        }
-        Failure::Untold(error) => {
-            let mut sheet = Sheet::new(look);
-            sheet.verdict(BAD, "A frame was found, but not told:", &error.to_string());
-            sheet.heading("What to do");
-            sheet.prose(error.help());
-            sheet.finish()
-        }
+        Failure::Undetermined(_) => helped("No surface to trust:", &failure.record().error, look),
+        Failure::Unplanned(_) => helped("No plan:", &failure.record().error, look),
+        Failure::Untold(_) => helped("A frame was found, but not told:", &failure.record().error, look),
         Failure::Call(error) => error.render().ansi().to_string(),
     }
 }
@@ -75,6 +64,15 @@ fn refusal(refused: &Refused, details: &ErrorDetails, look: Look) -> String {
         sheet.prose(&details.help);
     }
     found(&mut sheet, findings, units);
+    sheet.finish()
+}
+
+/// What is wrong, and what to do about it.
+fn helped(verdict: &str, details: &ErrorDetails, look: Look) -> String {
+    let mut sheet = Sheet::new(look);
+    sheet.verdict(BAD, verdict, &details.message);
+    sheet.heading("What to do");
+    sheet.prose(&details.help);
     sheet.finish()
 }
 

@@ -5,7 +5,7 @@ use std::{ops::Range, path::Path, sync::Arc};
 use nalgebra::Point3;
 use touchref_core::{Noise, Probe, parameters::nearest};
 
-use super::{Measurement, Origin, PlacementSource, TouchRecord, TouchSource};
+use super::{Measurement, NOT_MEASURED, Origin, PlacementSource, TouchRecord, TouchSource};
 use crate::{
     Input, InputError, Units, parameter,
     source::Source,
@@ -131,7 +131,7 @@ fn read_list_or_table(
             let mut records = Vec::new();
             let mut surfaces = Vec::new();
             for field in list.list("a list of touches, [[touch]]")? {
-                let (record, surface) = read_touch(source, &field)?;
+                let (record, surface) = read_touch(source, &field.table()?, &field.node.span)?;
                 records.push(record);
                 surfaces.push(surface);
             }
@@ -147,11 +147,28 @@ fn read_list_or_table(
     }
 }
 
-fn read_touch(source: &Source, field: &Field<'_>) -> Result<(TouchRecord, Range<usize>), InputError> {
-    let table = field.table()?;
+/// Reads a single touch.
+pub(super) fn read_line(source: &Source) -> Result<TouchRecord, InputError> {
+    let tree = tree::parse(source)?;
+    read_touch(source, &Table::root(source, &tree)?, &tree.span).map(|(record, _)| record)
+}
+
+fn read_touch(
+    source: &Source,
+    table: &Table<'_>,
+    span: &Range<usize>,
+) -> Result<(TouchRecord, Range<usize>), InputError> {
     table.only(TOUCH_KEYS)?;
     let surface = table.require("surface", "the name of a surface of the fixture")?;
-    let at = table.require("at", "the tip centre [x, y, z]")?.vector()?;
+    let at = table.require("at", "the tip centre [x, y, z]")?;
+    if at.text().is_ok_and(|text| text == NOT_MEASURED) {
+        return Err(InputError::new("invalid-input", format!("`{}` is not filled in yet", at.path))
+            .with_help("write the tip centre that the probe read there: at = [x, y, z]")
+            .with_key(at.path.clone())
+            .labelled("still to be measured")
+            .at(source.place(at.node.span.clone())));
+    }
+    let at = at.vector()?;
     let noise = match (table.get("sigma"), table.get("covariance")) {
         (None, None) => Noise::OfProbe,
         (Some(sigma), None) => Noise::Sigma(sigma.number_where(|sigma| sigma > 0.0, "a length > 0")?),
@@ -168,7 +185,7 @@ fn read_touch(source: &Source, field: &Field<'_>) -> Result<(TouchRecord, Range<
         approach: table.get("approach").map(|field| field.direction()).transpose()?,
         id: table.get("id").map(|field| field.text().map(str::to_owned)).transpose()?,
         placement: None,
-        line: Some(source.place(field.node.span.clone()).line),
+        line: Some(source.place(span.clone()).line),
     };
     Ok((record, surface.node.span.clone()))
 }

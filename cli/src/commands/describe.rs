@@ -1,13 +1,13 @@
-//! `describe`: all that a fixture or a solver says of itself.
+//! `describe`: all that a fixture, a solver or a dialect says of itself.
 
 use std::io;
 
 use nalgebra::Point3;
 use serde::Serialize;
 use touchref::{
-    FixturePlugin, Frame, ParameterKind, ParameterSpec, Parameters, Plugin, Probe, Registry, SolverPlugin,
-    TableSpec, Value,
-    io::{InputError, Measurement, TouchRecord, Units, write},
+    DialectPlugin, FixturePlugin, Frame, Literal, ParameterKind, ParameterSpec, Parameters, Plugin, Probe,
+    Registry, SolverPlugin, TableSpec, Value,
+    io::{InputError, Measurement, TouchRecord, Units, dialect, solution::DialectNote, write},
     parameters::TYPE,
 };
 
@@ -18,21 +18,21 @@ use crate::{
     text::{self, Look},
 };
 
-/// Tell parameters, surfaces, touches and frame of a fixture, or what a solver does
+/// Tell parameters, surfaces, touches and frame of a fixture, what a solver does, or what the numbers of a dialect mean
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// A fixture or a solver
+    /// A fixture, a solver or a dialect
     name: String,
     /// Form of the result
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
 
-/// The JSON of `describe`: a fixture or a solver.
+/// The JSON of `describe`: a fixture, a solver or a dialect.
 #[derive(Debug, Serialize)]
 pub(crate) struct Description {
     schema: &'static str,
-    /// `fixture` or `solver`.
+    /// `fixture`, `solver` or `dialect`.
     pub(crate) kind: &'static str,
     pub(crate) name: &'static str,
     pub(crate) summary: &'static str,
@@ -43,7 +43,7 @@ pub(crate) struct Description {
     pub(crate) reference: &'static str,
 }
 
-/// What only one of the two kinds has.
+/// What only one of the kinds has.
 #[derive(Debug, Serialize)]
 #[serde(untagged)]
 pub(crate) enum Kind {
@@ -57,6 +57,14 @@ pub(crate) enum Kind {
     },
     Solver {
         about: &'static str,
+    },
+    Dialect {
+        /// What is typed after `--dialect`.
+        call: String,
+        #[serde(flatten)]
+        note: DialectNote,
+        /// A frame in this dialect.
+        example: String,
     },
 }
 
@@ -112,10 +120,13 @@ impl Args {
             of_fixture(plugin, registry)
         } else if let Ok(plugin) = registry.solver(&self.name) {
             of_solver(plugin)
+        } else if let Ok(plugin) = registry.dialect(&self.name) {
+            of_dialect(plugin)?
         } else {
             let fixtures = registry.fixtures().iter().map(|plugin| plugin.name);
-            let known = fixtures.chain(registry.solvers().iter().map(|plugin| plugin.name));
-            let error = InputError::unknown("unknown-name", "fixture or solver", &self.name, known);
+            let solvers = registry.solvers().iter().map(|plugin| plugin.name);
+            let known = fixtures.chain(solvers).chain(registry.dialects().iter().map(|plugin| plugin.name));
+            let error = InputError::unknown("unknown-name", "fixture, solver or dialect", &self.name, known);
             return Err(error.with_key("name").into());
         };
         Ok(match self.format {
@@ -139,6 +150,28 @@ fn of_fixture(plugin: &'static FixturePlugin, registry: &Registry) -> Descriptio
 
 fn of_solver(plugin: &'static SolverPlugin) -> Description {
     describe(plugin, Kind::Solver { about: plugin.about }, plugin.reference)
+}
+
+/// With the parameters that must be given at the first of their values, and a frame that every dialect can tell.
+fn of_dialect(plugin: &'static DialectPlugin) -> Result<Description, Failure> {
+    let needed = plugin.parameters.iter().filter(|spec| spec.default.is_none());
+    let parameters =
+        needed.fold(Parameters::new(), |parameters, spec| parameters.with(spec.name, plausible(spec)));
+    let built = plugin.build(&parameters).map_err(|error| {
+        InputError::new("invalid-input", format!("dialect `{}`: {error}", plugin.name)).with_key("name")
+    })?;
+    let origin = Point3::new(100.0, 200.0, 300.0);
+    // 30 degrees about Z.
+    let frame =
+        Frame::from_quaternion_xyzw(origin, [0.0, 0.0, 0.258_819_045_102_520_7, 0.965_925_826_289_068_3])
+            .unwrap_or_else(Frame::identity);
+    let literal = Literal::new(plugin.name, &*built, &frame, Units::Millimetre, &[])?;
+    let kind = Kind::Dialect {
+        call: dialect::call(plugin),
+        note: DialectNote::from(&literal),
+        example: literal.text,
+    };
+    Ok(describe(plugin, kind, plugin.reference))
 }
 
 fn describe<P: Plugin>(plugin: &'static P, of: Kind, reference: &'static str) -> Description {

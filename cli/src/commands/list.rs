@@ -4,7 +4,7 @@ use std::io;
 
 use clap::ValueEnum;
 use serde::Serialize;
-use touchref::{Plugin, Registry, io::dialect};
+use touchref::{Plugin, Registry};
 
 use crate::{
     args::Format,
@@ -61,17 +61,13 @@ impl Item {
 impl Args {
     pub(crate) fn run(self, registry: &Registry) -> Output {
         let wanted = |what| self.what.is_none_or(|only| only == what);
-        let of_dialect = |dialect: &'static dialect::Dialect| Item {
-            name: dialect.name,
-            summary: dialect.summary,
-            origin: "touchref_io::dialect",
-        };
         let listing = Listing {
             schema: "touchref.list/1",
             fixtures: wanted(What::Fixtures)
                 .then(|| registry.fixtures().iter().map(|p| Item::of(*p)).collect()),
             solvers: wanted(What::Solvers).then(|| registry.solvers().iter().map(|p| Item::of(*p)).collect()),
-            dialects: wanted(What::Dialects).then(|| dialect::ALL.iter().map(of_dialect).collect()),
+            dialects: wanted(What::Dialects)
+                .then(|| registry.dialects().iter().map(|p| Item::of(*p)).collect()),
         };
         match self.format {
             Format::Json => Output::json(&listing),

@@ -75,7 +75,7 @@
 //! | [`solvers`] | one file a solver |
 //! | [`analysis`] | simulated measurements, studies of how often a frame is right, refused or wrong, reference data; propagation of uncertainty |
 //! | [`conformance`] | does a plugin keep what the traits promise? |
-//! | [`io`] | measurement files, touch tables, results as JSON |
+//! | [`io`] | measurement files, touch tables, results as JSON, frames in the words of machines |
 //!
 //! The command line `touchref` is the package `touchref-cli`, a library too: link your own plugins into a binary of a
 //! few lines.
@@ -116,7 +116,7 @@ pub mod prelude {
 /// # Errors
 /// [`RegistryError::Duplicate`] when two plugins of one kind have one name.
 pub fn registry() -> Result<Registry, RegistryError> {
-    Registry::linked(fixtures::ALL, solvers::ALL)
+    Registry::linked(fixtures::ALL, solvers::ALL, io::dialect::ALL)
 }
 
 /// The examples of CONTRIBUTING.md compile and run.

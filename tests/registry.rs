@@ -6,7 +6,8 @@ mod support;
 
 use touchref::{
     Fixture, FixturePlugin, ParameterError, ParameterKind, ParameterSpec, Parameters, Plugin, Probe, Problem,
-    Registry, RegistryError, SolverPlugin, Surface, Touch, fixtures, parameters::parse, registry, solvers,
+    Registry, RegistryError, SolverPlugin, Surface, Touch, fixtures, io, parameters::parse, registry,
+    solvers,
 };
 
 /// Columns of a terminal that a drawing must fit with two of margin.
@@ -109,6 +110,10 @@ fn every_plugin_is_described_and_checks_its_parameters() {
         assert_described(*plugin);
         assert_parameters_are_checked(*plugin, |parameters| plugin.build(parameters).err());
     }
+    for plugin in registry.dialects() {
+        assert_described(*plugin);
+        assert_parameters_are_checked(*plugin, |parameters| plugin.build(parameters).err());
+    }
 }
 
 #[test]
@@ -119,6 +124,7 @@ fn every_list_is_sorted_and_its_names_are_unique() {
     let registry = registry().unwrap();
     assert!(ascends(registry.fixtures()), "{:?}", registry.fixtures());
     assert!(ascends(registry.solvers()), "{:?}", registry.solvers());
+    assert!(ascends(registry.dialects()), "{:?}", registry.dialects());
 }
 
 #[test]
@@ -218,7 +224,7 @@ static USURPER: SolverPlugin = hand_made_solver("closed-form", "crate_other::clo
 #[test]
 fn a_name_that_two_plugins_share_is_an_error_that_names_both() {
     for list in [[&ONE, &OTHER], [&OTHER, &ONE]] {
-        let error = Registry::linked(&list, &[]).unwrap_err();
+        let error = Registry::linked(&list, &[], &[]).unwrap_err();
         let expected = RegistryError::Duplicate {
             kind: "fixture",
             name: "twin",
@@ -239,7 +245,7 @@ fn plugins_are_sorted_whatever_the_order_they_come_in() {
     static FIRST: FixturePlugin = hand_made("aardvark", "crate_one::aardvark");
     static LAST: FixturePlugin = hand_made("zebra", "crate_one::zebra");
     for list in [[&FIRST, &LAST], [&LAST, &FIRST]] {
-        let registry = Registry::linked(&list, &[]).unwrap();
+        let registry = Registry::linked(&list, &[], &[]).unwrap();
         let names: Vec<&str> = registry.fixtures().iter().map(|plugin| plugin.name).collect();
         assert!(
             names.is_sorted() && names.starts_with(&["aardvark"]) && names.ends_with(&["zebra"]),
@@ -250,7 +256,7 @@ fn plugins_are_sorted_whatever_the_order_they_come_in() {
 
 #[test]
 fn a_built_in_name_cannot_be_taken() {
-    let error = Registry::linked(fixtures::ALL, &[&USURPER]).unwrap_err();
+    let error = Registry::linked(fixtures::ALL, &[&USURPER], &[]).unwrap_err();
     let RegistryError::Duplicate { kind, name, first, second } = error else { panic!("{error}") };
     assert_eq!((kind, name), ("solver", "closed-form"));
     let mut origins = [first, second];
@@ -262,7 +268,7 @@ fn a_built_in_name_cannot_be_taken() {
 #[test]
 fn kinds_have_names_of_their_own() {
     static SOLVER: SolverPlugin = hand_made_solver("twin", "crate_one::twin");
-    let registry = Registry::linked(&[&ONE], &[&SOLVER]).unwrap();
+    let registry = Registry::linked(&[&ONE], &[&SOLVER], &[]).unwrap();
     assert_eq!(registry.fixture("twin").unwrap().origin, registry.solver("twin").unwrap().origin);
 }
 
@@ -285,7 +291,7 @@ fn an_unknown_name_gives_the_nearest() {
 /// The built-in plugins come through `inventory`, and a list that names them again changes nothing.
 #[test]
 fn a_plugin_that_comes_both_ways_counts_once() {
-    let submitted = Registry::linked(&[], &[]).unwrap();
+    let submitted = Registry::linked(&[], &[], &[]).unwrap();
     for plugin in fixtures::ALL {
         assert!(std::ptr::eq(submitted.fixture(plugin.name).unwrap(), *plugin));
     }
@@ -293,7 +299,11 @@ fn a_plugin_that_comes_both_ways_counts_once() {
         assert!(std::ptr::eq(submitted.solver(plugin.name).unwrap(), *plugin));
     }
     let twice = [fixtures::ALL, fixtures::ALL].concat();
-    let listed = Registry::linked(&twice, solvers::ALL).unwrap();
+    for plugin in io::dialect::ALL {
+        assert!(std::ptr::eq(submitted.dialect(plugin.name).unwrap(), *plugin));
+    }
+    let listed = Registry::linked(&twice, solvers::ALL, io::dialect::ALL).unwrap();
+    assert_eq!(listed.dialects().len(), submitted.dialects().len());
     assert_eq!(listed.fixtures().len(), submitted.fixtures().len());
     assert_eq!(listed.solvers().len(), submitted.solvers().len());
 }

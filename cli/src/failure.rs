@@ -4,7 +4,7 @@ use std::{fmt::Display, io};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use touchref::{
-    RegistryError, SolveError,
+    DialectError, RegistryError, SolveError,
     analysis::planning::PlanError,
     io::{ErrorRecord, InputError, PlacementTouches, TouchRecord, Units, refusal::ConcernedPlacement},
     solvers::{bundle::BundleError, element::ElementError},
@@ -23,6 +23,8 @@ pub(crate) enum Failure {
     Unplanned(Box<PlanError>),
     /// The touches do not determine what is wanted.
     Undetermined(ElementError),
+    /// A frame was found, but cannot be told in a dialect that was asked for.
+    Untold(DialectError),
     /// The call is wrong; or help or the version was asked for.
     Call(clap::Error),
 }
@@ -87,7 +89,7 @@ impl Failure {
         match self {
             Self::Refused(refused) if !refused.error.is_input_error() => 1,
             Self::Uncalibrated(refused) if !refused.error.is_input_error() => 1,
-            Self::Undetermined(_) | Self::Unplanned(_) => 1,
+            Self::Undetermined(_) | Self::Unplanned(_) | Self::Untold(_) => 1,
             _ if self.is_help() => 0,
             _ => 2,
         }
@@ -115,9 +117,24 @@ impl Failure {
                 error.to_string(),
                 "touch more of the surface, in other places",
             ),
+            Self::Untold(error) => of_dialect(error),
             Self::Call(error) => of_call(error),
         }
     }
+}
+
+/// What a dialect cannot tell, with the angle and its bound in degrees.
+fn of_dialect(error: &DialectError) -> ErrorRecord {
+    let mut record = ErrorRecord::new(error.code(), error.to_string(), error.help());
+    record.error.place.key = Some("dialect".to_owned());
+    if let DialectError::Lossy { lost, .. } = error {
+        let findings = &mut record.error.findings;
+        findings.units = Some(lost.units.name());
+        findings.quantity = Some(lost.omission.map_or("angle in degrees", |_| "tilt in degrees"));
+        findings.value = Some(lost.angle.to_degrees());
+        findings.bound = Some(lost.angle_bound.to_degrees());
+    }
+    record
 }
 
 fn of_plan(error: &PlanError) -> ErrorRecord {
@@ -162,6 +179,12 @@ impl From<InputError> for Failure {
 impl From<RegistryError> for Failure {
     fn from(error: RegistryError) -> Self {
         Self::Input(error.into())
+    }
+}
+
+impl From<DialectError> for Failure {
+    fn from(error: DialectError) -> Self {
+        Self::Untold(error)
     }
 }
 

@@ -372,13 +372,14 @@ fn the_example_of_every_fixture_is_a_measurement() {
 fn everything_listed_can_be_described() {
     let (status, listed) = Folder::new().json(&["list"], b"");
     assert_eq!((status, listed["dialects"].is_array()), (0, true));
-    let kinds = [("fixtures", "Parameters"), ("solvers", "Parameters"), ("logs", "In a measurement file")];
-    for (list, heading) in kinds {
-        for item in listed[list].as_array().unwrap() {
+    let kinds = ["fixture", "solver", "dialect"].map(|kind| (kind, "Parameters"));
+    for (kind, heading) in kinds.into_iter().chain([("log", "In a measurement file")]) {
+        let list = format!("{kind}s");
+        for item in listed[&list].as_array().unwrap() {
             let name = item["name"].as_str().unwrap();
             let output = Folder::new().run(&["describe", name], b"");
             let text = String::from_utf8(output.stdout).unwrap();
-            assert!(text.contains(name) && text.contains(heading), "{text}");
+            assert!(text.starts_with(&format!("{kind} {name}\n")) && text.contains(heading), "{text}");
         }
     }
     let (_, only) = Folder::new().json(&["list", "dialects"], b"");

@@ -14,13 +14,13 @@ use serde_json::Value;
 const LOGS: &[(&str, &str)] = &[
     (
         "probe.dat",
-        "format = \"kuka\"\nbase = 3\ntool = 1\n\
+        "format = \"kuka-dat\"\nbase = 3\ntool = 1\n\
          touch = [{ surface = \"cylinder\", points = [\"XP1\", \"XP2\"], rows = \"4-5\" }, \
          { surface = \"plane\", points = [\"XP5\", \"XP6\", \"XP7\"] }]\nignore = { points = [\"XHOME\"] }",
     ),
     (
         "probe.mod",
-        "format = \"abb\"\nbase = \"wRef\"\n\
+        "format = \"abb-mod\"\nbase = \"wRef\"\n\
          touch = [{ surface = \"cylinder\", points = [\"p1\", \"p2\", \"p3\", \"p4\"] }, \
          { surface = \"plane\", points = [\"plane_touch{1}\", \"plane_touch{2}\", \"plane_touch{3}\"] }]\n\
          ignore = { points = [\"jHome\"] }",
@@ -44,7 +44,7 @@ const LOGS: &[(&str, &str)] = &[
          { surface = \"cylinder\", rows = \"1-4\" }]\nignore = { rows = \"8\" }",
     ),
     ("rtde.csv", "format = \"ur-rtde\"\n{rows}"),
-    ("probe-results.txt", "format = \"linuxcnc\"\nunits = \"mm\"\nbase = \"G54\"\n{rows}"),
+    ("probe-results.txt", "format = \"linuxcnc-probe\"\nunits = \"mm\"\nbase = \"G54\"\n{rows}"),
     (
         "grbl.log",
         "format = \"grbl\"\ntouch = [{ surface = \"cylinder\", rows = \"1-4\" }, \
@@ -145,7 +145,7 @@ fn the_example_is_located_and_its_points_listed() {
     assert_eq!((fifth["row"].as_u64(), fifth["at"].is_null()), (Some(5), true));
     assert!(fifth["unusable"].as_str().unwrap().contains("missed"));
     assert_eq!(sixth["at"], serde_json::json!([2.825, 2.4, 4.0395]));
-    let text = Folder::new().run(&["log", &path("probe.dat"), "--from", "kuka"], b"");
+    let text = Folder::new().run(&["log", &path("probe.dat"), "--from", "kuka-dat"], b"");
     let text = String::from_utf8(text.stdout).unwrap();
     assert!(text.contains("XP7") && text.contains("joint angles") && text.is_ascii(), "{text}");
     let table = ["log", &path("export.csv"), "--from", "csv", "--columns", "X [mm],Y [mm],Z [mm]"];
@@ -166,7 +166,7 @@ fn a_frame_that_only_the_log_tells_is_told() {
 fn placements_may_be_logs() {
     let placement = |file: &str| {
         format!(
-            "[[placement]]\n[placement.log]\nfile = \"{file}\"\nformat = \"linuxcnc\"\nunits = \"mm\"\nbase = \"G54\"\n{ROWS}\n"
+            "[[placement]]\n[placement.log]\nfile = \"{file}\"\nformat = \"linuxcnc-probe\"\nunits = \"mm\"\nbase = \"G54\"\n{ROWS}\n"
         )
     };
     let text = format!("{}{}{}", without_touches(), placement("a.txt"), placement("b.txt"));
@@ -203,13 +203,13 @@ probe.dat | BASE_NO 3,IPO_FRAME #BASE,POINT2[] " ",TQ_STATE FALSE}\nDECL E6POS X
 probe.dat | XP6={X 3.9020,Y 5.2000,Z 4.0353 | XP6={X 2.8250,Y 2.4000,Z 4.0395 | "XP5", "XP6", | "XP5", | invalid-input | probe.dat 25 XP6 | log.touch |
 probe.dat | XP5={X 2.8250,Y 2.4000,Z 4.0395 | XP5={X 3.5270,Y 3.2000,Z 3.1082 | | | invalid-input | probe.dat 23 XP5 | |
 probe.dat | XP3= | XP2= | | | invalid-input | m.toml 3 "XP2" | log.touch[0].points[1] |
-probe.dat | | | format = "kuka" | format = "kuca" | unknown-log | m.toml 0 "kuca" | log.format | kuka
-probe.dat | | | format = "kuka"\n | | missing-key | m.toml -2 [log] | log.format |
-probe.dat | | | format = "kuka" | formt = "kuka" | unknown-key | m.toml 0 formt | log.formt | format
-probe.dat | | | format = "kuka" | format = "kuka"\nunits = "in" | invalid-input | m.toml 1 "in" | log.units |
-probe.dat | | | format = "kuka" | format = "kuka"\nunits = "inch" | invalid-input | m.toml 1 "inch" | log.units | in
-probe.dat | | | format = "kuka" | format = "kuka"\ncolumns = { at = [1, 2, 3] } | invalid-input | m.toml 1 { at = [1, 2, 3] } | log.columns |
-probe.dat | | | format = "kuka" | format = "kuka"\ncompensated = 1 | invalid-input | m.toml 1 1 | log.compensated |
+probe.dat | | | format = "kuka-dat" | format = "kuka-dta" | unknown-log | m.toml 0 "kuka-dta" | log.format | kuka-dat
+probe.dat | | | format = "kuka-dat"\n | | missing-key | m.toml -2 [log] | log.format |
+probe.dat | | | format = "kuka-dat" | formt = "kuka" | unknown-key | m.toml 0 formt | log.formt | format
+probe.dat | | | format = "kuka-dat" | format = "kuka-dat"\nunits = "in" | invalid-input | m.toml 1 "in" | log.units |
+probe.dat | | | format = "kuka-dat" | format = "kuka-dat"\nunits = "inch" | invalid-input | m.toml 1 "inch" | log.units | in
+probe.dat | | | format = "kuka-dat" | format = "kuka-dat"\ncolumns = { at = [1, 2, 3] } | invalid-input | m.toml 1 { at = [1, 2, 3] } | log.columns |
+probe.dat | | | format = "kuka-dat" | format = "kuka-dat"\ncompensated = 1 | invalid-input | m.toml 1 1 | log.compensated |
 probe.dat | DEFDAT | DEF\xffDAT | | | invalid-input | probe.dat 4 | |
 probe.mod | | | base = "wRef"\n | | missing-key | m.toml -2 [log] | log.base |
 probe.mod | [0,0.707107,0.707107,0],\n | [0,0,0,0],\n | | | invalid-input | probe.mod 11 [0,0,0,0] | log.touch[0] |
@@ -374,10 +374,10 @@ fn calls_of_log_are_checked() {
     assert_eq!(code(&["log", "a.txt", "--from", "grbl", "--columns", "1,2,3"]), "invalid-input columns ");
     assert_eq!(code(&["log", "a.txt", "--from", "csv", "--columns", "X,Y"]), "usage --columns <X,Y,Z> ");
     assert_eq!(code(&["log", "a.txt", "--from", "csv", "--columns", "X,Y,ZZ"]), "missing-column ZZ Z");
-    assert_eq!(code(&["log", "a.txt", "--from", "kuca"]), "usage --from <FORMAT> kuka");
-    assert_eq!(code(&["log", "none.txt", "--from", "kuka"]), "unreadable  ");
-    assert_eq!(code(&["log", "a.txt", "--from", "kuka"]), "too-few-touches  ");
-    assert_eq!(code(&["describe", "kukka"]), "unknown-name name kuka");
+    assert_eq!(code(&["log", "a.txt", "--from", "kuka-dta"]), "usage --from <FORMAT> kuka-dat");
+    assert_eq!(code(&["log", "none.txt", "--from", "kuka-dat"]), "unreadable  ");
+    assert_eq!(code(&["log", "a.txt", "--from", "kuka-dat"]), "too-few-touches  ");
+    assert_eq!(code(&["describe", "kuka-dta"]), "unknown-name name kuka-dat");
     let (status, described) = folder.json(&["describe", "grbl"], b"");
     assert_eq!(
         (status, &described["kind"], &described["frame"]),

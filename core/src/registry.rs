@@ -1,9 +1,9 @@
 //! The registry: plugins by name.
 //!
 //! A plugin is a `static` carrier of its description and a build function. It comes into a [`Registry`] by two ways
-//! that are merged: `inventory`, which collects what [`register_fixture!`](crate::register_fixture) and
-//! [`register_solver!`](crate::register_solver) submitted from any crate that the program names, and the explicit
-//! lists that a caller hands in. The second exists because `inventory` alone yields nothing where a linker other
+//! that are merged: `inventory`, which collects what [`register_fixture!`](crate::register_fixture),
+//! [`register_solver!`](crate::register_solver) and [`register_dialect!`](crate::register_dialect) submitted from any
+//! crate that the program names, and the explicit lists that a caller hands in. The second exists because `inventory` alone yields nothing where a linker other
 //! than rustc's drops the submissions (a static library linked by a C linker, wasm32). A plugin that came both ways
 //! counts once.
 
@@ -12,7 +12,7 @@ use std::fmt;
 use thiserror::Error;
 
 use crate::{
-    Fixture, Solver,
+    Dialect, Fixture, Solver,
     parameters::{ParameterError, ParameterSpec, Parameters, nearest},
 };
 
@@ -60,9 +60,26 @@ pub struct SolverPlugin {
     pub build: fn(&Parameters) -> Result<Box<dyn Solver>, ParameterError>,
 }
 
+/// A way to write a frame, by name.
+#[derive(Debug)]
+pub struct DialectPlugin {
+    /// The name that `--dialect` takes.
+    pub name: &'static str,
+    /// For which machine or program it is, in one line.
+    pub summary: &'static str,
+    /// Crate and module it comes from: `module_path!()`.
+    pub origin: &'static str,
+    /// Its parameters, in the order in which `--dialect NAME:VALUE:VALUE` gives them.
+    pub parameters: &'static [ParameterSpec],
+    /// Manual, standard or source that tells its convention.
+    pub reference: &'static str,
+    /// Builds one from checked parameters.
+    pub build: fn(&Parameters) -> Result<Box<dyn Dialect>, ParameterError>,
+}
+
 /// What every plugin has.
 pub trait Plugin: fmt::Debug + Sync {
-    /// Which kind of thing it makes: `fixture` or `solver`.
+    /// Which kind of thing it makes: `fixture`, `solver` or `dialect`.
     const KIND: &'static str;
     /// What it makes.
     type Product: ?Sized;
@@ -117,6 +134,7 @@ macro_rules! plugin {
 }
 plugin!(FixturePlugin, "fixture", dyn Fixture);
 plugin!(SolverPlugin, "solver", dyn Solver);
+plugin!(DialectPlugin, "dialect", dyn Dialect);
 
 /// What `inventory` carries for a fixture; made by [`register_fixture!`](crate::register_fixture).
 #[derive(Debug)]
@@ -124,8 +142,12 @@ pub struct FixtureEntry(pub &'static FixturePlugin);
 /// What `inventory` carries for a solver; made by [`register_solver!`](crate::register_solver).
 #[derive(Debug)]
 pub struct SolverEntry(pub &'static SolverPlugin);
+/// What `inventory` carries for a dialect; made by [`register_dialect!`](crate::register_dialect).
+#[derive(Debug)]
+pub struct DialectEntry(pub &'static DialectPlugin);
 inventory::collect!(FixtureEntry);
 inventory::collect!(SolverEntry);
+inventory::collect!(DialectEntry);
 
 /// Registers a `static` [`FixturePlugin`] so that every program that names its crate finds it.
 #[macro_export]
@@ -143,11 +165,20 @@ macro_rules! register_solver {
     };
 }
 
+/// Registers a `static` [`DialectPlugin`] so that every program that names its crate finds it.
+#[macro_export]
+macro_rules! register_dialect {
+    ($plugin:path) => {
+        $crate::inventory::submit! { $crate::DialectEntry(&$plugin) }
+    };
+}
+
 /// Every plugin that is linked in, sorted by name; a snapshot.
 #[derive(Debug, Clone)]
 pub struct Registry {
     fixtures: Vec<&'static FixturePlugin>,
     solvers: Vec<&'static SolverPlugin>,
+    dialects: Vec<&'static DialectPlugin>,
 }
 
 impl Registry {
@@ -158,12 +189,15 @@ impl Registry {
     pub fn linked(
         fixtures: &[&'static FixturePlugin],
         solvers: &[&'static SolverPlugin],
+        dialects: &[&'static DialectPlugin],
     ) -> Result<Self, RegistryError> {
         let submitted_fixtures = inventory::iter::<FixtureEntry>().map(|entry| entry.0);
         let submitted_solvers = inventory::iter::<SolverEntry>().map(|entry| entry.0);
+        let submitted_dialects = inventory::iter::<DialectEntry>().map(|entry| entry.0);
         Ok(Self {
             fixtures: merged(submitted_fixtures.chain(fixtures.iter().copied()))?,
             solvers: merged(submitted_solvers.chain(solvers.iter().copied()))?,
+            dialects: merged(submitted_dialects.chain(dialects.iter().copied()))?,
         })
     }
 
@@ -177,6 +211,12 @@ impl Registry {
     #[must_use]
     pub fn solvers(&self) -> &[&'static SolverPlugin] {
         &self.solvers
+    }
+
+    /// The dialects, sorted by name.
+    #[must_use]
+    pub fn dialects(&self) -> &[&'static DialectPlugin] {
+        &self.dialects
     }
 
     /// The fixture of that name.
@@ -193,6 +233,14 @@ impl Registry {
     /// [`RegistryError::Unknown`], with the nearest known name.
     pub fn solver(&self, name: &str) -> Result<&'static SolverPlugin, RegistryError> {
         find(&self.solvers, name)
+    }
+
+    /// The dialect of that name.
+    ///
+    /// # Errors
+    /// [`RegistryError::Unknown`], with the nearest known name.
+    pub fn dialect(&self, name: &str) -> Result<&'static DialectPlugin, RegistryError> {
+        find(&self.dialects, name)
     }
 }
 
@@ -228,7 +276,7 @@ pub enum RegistryError {
     /// No plugin has this name.
     #[error("no {kind} is named `{name}`; known: {}", known.join(", "))]
     Unknown {
-        /// `fixture` or `solver`.
+        /// `fixture`, `solver` or `dialect`.
         kind: &'static str,
         /// The name asked for.
         name: String,
@@ -240,7 +288,7 @@ pub enum RegistryError {
     /// Two plugins of one kind have one name.
     #[error("two {kind}s are named `{name}`: one from `{first}`, one from `{second}`")]
     Duplicate {
-        /// `fixture` or `solver`.
+        /// `fixture`, `solver` or `dialect`.
         kind: &'static str,
         /// The name they share.
         name: &'static str,

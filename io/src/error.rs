@@ -147,7 +147,11 @@ impl From<RegistryError> for InputError {
     fn from(error: RegistryError) -> Self {
         match &error {
             RegistryError::Unknown { kind, name, known, .. } => {
-                let code = if *kind == "solver" { "unknown-solver" } else { "unknown-fixture" };
+                let code = match *kind {
+                    "solver" => "unknown-solver",
+                    "dialect" => "unknown-dialect",
+                    _ => "unknown-fixture",
+                };
                 Self::unknown(code, kind, name, known.iter().copied())
             }
             _ => Self::new("invalid-input", error.to_string())

@@ -7,12 +7,13 @@
 //! * [`solution`], [`calibration`] and [`refusal`]: the JSON of a frame, of a calibration, and of an error;
 //! * [`frame`]: frames as text;
 //! * [`dialect`]: a frame in the words of the machine that will use it;
+//! * [`number`]: numbers as text;
 //! * [`mod@write`]: measurement files and touch tables as text;
 //! * `history`, a feature of that name: results kept over time.
 //!
 //! Whatever is wrong with an input is an [`InputError`] that names the file, line, column and key, and the nearest
-//! right name. Lengths stay in the unit that the file states: nothing is converted, except the numbers of a log of another
-//! unit, and nothing is guessed.
+//! right name. Lengths stay in the unit that the file states: only a dialect that has a unit of its own, and a log in another
+//! one, are converted, and nothing is guessed.
 
 pub mod calibration;
 pub mod dialect;
@@ -22,13 +23,13 @@ pub mod frame;
 pub mod history;
 pub mod log;
 pub mod measurement;
+pub mod number;
 pub mod parameter;
 pub mod refusal;
 pub mod solution;
 pub mod source;
 pub mod table;
 mod tree;
-mod units;
 mod walk;
 pub mod write;
 
@@ -39,4 +40,4 @@ pub use measurement::{Measurement, PlacementSource, PlacementTouches, TouchRecor
 pub use refusal::ErrorRecord;
 pub use solution::SolutionRecord;
 pub use source::{Input, Place};
-pub use units::Units;
+pub use touchref_core::Units;

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use touchref_core::{
-    Adjustment, Covariance, Iteration, Limit, Measure, Motion, Noise, Observability, Parameters, Probe,
-    Residual, RootReport, SigmaSource, Solution, Trust, Twist, Value, Warning,
+    Adjustment, Covariance, Iteration, Limit, Literal, Measure, Motion, Noise, Observability, Parameters,
+    Probe, Residual, RootReport, SigmaSource, Solution, Trust, Twist, Value, Warning,
 };
 
 use crate::{FrameRecord, TouchRecord, Units};
@@ -62,6 +62,46 @@ pub struct SolutionRecord {
     pub warnings: Vec<WarningRecord>,
     /// The frame in the words of machines, by dialect.
     pub dialects: BTreeMap<String, String>,
+    /// What the numbers in these words mean, and what they lose, by dialect; left out where there are none.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub dialect_notes: BTreeMap<String, DialectNote>,
+}
+
+/// What the numbers of a literal mean, and what they lose.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DialectNote {
+    /// What they are relative to.
+    pub parent: String,
+    /// Unit of the lengths, and of the rotation: `mm, degrees`.
+    pub units: String,
+    /// How the numbers of rotation make the rotation.
+    pub convention: String,
+    /// How many digits are printed.
+    pub digits: String,
+    /// Where the literal goes, and what to verify on the machine.
+    pub usage: String,
+    /// What the dialect cannot tell, and leaves out as far as that is allowed: `tilt`; `null` when it tells all.
+    pub leaves_out: Option<String>,
+    /// By how much at most the literal, read back, displaces a touch, in the measurement's unit.
+    pub rounding_loss: f64,
+    /// How far the touch farthest from the fixture's origin is from it, in the measurement's unit.
+    pub farthest_touch: f64,
+}
+
+impl From<&Literal> for DialectNote {
+    fn from(literal: &Literal) -> Self {
+        let convention = &literal.convention;
+        Self {
+            parent: convention.parent.to_owned(),
+            units: format!("{}, {}", literal.units, convention.angles),
+            convention: convention.rotation.clone(),
+            digits: convention.digits.clone(),
+            usage: convention.usage.to_owned(),
+            leaves_out: convention.omission.map(|omission| omission.what.to_owned()),
+            rounding_loss: literal.rounding_loss,
+            farthest_touch: literal.farthest_touch,
+        }
+    }
 }
 
 /// What a [`SolutionRecord`] is made from.
@@ -110,7 +150,14 @@ impl SolutionRecord {
             observability: ObservabilityRecord::from(&solution.observability),
             warnings: solution.warnings.iter().map(WarningRecord::from).collect(),
             dialects: BTreeMap::new(),
+            dialect_notes: BTreeMap::new(),
         }
+    }
+
+    /// Adds the frame in the words of the dialect that goes by `name`.
+    pub fn tell(&mut self, name: &str, literal: &Literal) {
+        self.dialects.insert(name.to_owned(), literal.text.clone());
+        self.dialect_notes.insert(name.to_owned(), DialectNote::from(literal));
     }
 }
 

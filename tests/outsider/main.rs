@@ -1,19 +1,21 @@
-//! An outside author: a fixture and a solver, one file each, that use the facade crate alone and are found by name like
-//! the built-in ones. Every solver works with every fixture.
+//! An outside author: a fixture, a solver and a dialect, one file each, that use the facade crate alone and are found by
+//! name like the built-in ones. Every solver works with every fixture.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // A test may panic, and tells its figures.
 
 mod corner;
+mod house_dialect;
 mod nearest_measure;
 #[path = "../support/mod.rs"]
 mod support;
 
 use nalgebra::{Point3, Vector6};
 use touchref::{
-    Fixture, FixturePlugin, Frame, ParameterKind, Parameters, Probe, Problem, Solution, SolveError, Solver,
-    SolverPlugin, Touch,
+    Fixture, FixturePlugin, Frame, Literal, ParameterKind, Parameters, Probe, Problem, Solution, SolveError,
+    Solver, SolverPlugin, Touch, Units,
     analysis::simulation::{generator, random_frame, random_layout, simulate},
     conformance::{Claim, Suite},
+    io::dialect::find,
     registry,
     statistics::chi_square_level,
 };
@@ -55,13 +57,27 @@ fn squared_error(solution: &Solution, truth: &Frame) -> Option<f64> {
 }
 
 #[test]
-fn both_are_found_by_name() {
+fn all_are_found_by_name() {
     let registry = registry().unwrap();
     assert!(std::ptr::eq(registry.fixture("corner").unwrap(), &raw const corner::PLUGIN));
     assert!(std::ptr::eq(registry.solver("nearest-measure").unwrap(), &raw const nearest_measure::PLUGIN));
     assert_eq!(registry.fixture("corner").unwrap().origin, "outsider::corner");
+    assert!(std::ptr::eq(registry.dialect("house").unwrap(), &raw const house_dialect::PLUGIN));
     // Among the built-in ones.
     assert!(registry.fixture("cylinder-plane").is_ok() && registry.solver("closed-form").is_ok());
+}
+
+/// Told and read back like a built-in one; and held to what it says of itself.
+#[test]
+fn a_frame_is_told_in_the_dialect_of_the_house() {
+    let dialect = find(&registry().unwrap(), "house").unwrap();
+    let half_turn = [0.0, 0.0, 1.0, 0.0];
+    let frame = Frame::from_quaternion_xyzw(Point3::new(1.0, -2.5, 0.000_4), half_turn).unwrap();
+    let touched = [Point3::new(1.0, 1000.0, 0.0)];
+    let literal = Literal::new("house", &*dialect, &frame, Units::Millimetre, &touched).unwrap();
+    assert_eq!(literal.text, "1000 -2500 0 0 0 3141593");
+    // 0.4 um of the origin, and 0.35 urad 1002.5 mm away.
+    assert!((literal.rounding_loss - 0.000_53).abs() < 0.000_02, "{}", literal.rounding_loss);
 }
 
 /// Every pair, on exact touches and on noisy ones: the right frame, or a typed refusal.

@@ -1,13 +1,13 @@
-//! `describe`: all that a fixture, a solver or a format of logs says of itself.
+//! `describe`: all that a fixture, a solver, a dialect or a format of logs says of itself.
 
 use std::io;
 
 use nalgebra::Point3;
 use serde::Serialize;
 use touchref::{
-    FixturePlugin, Frame, ParameterKind, ParameterSpec, Parameters, Plugin, Probe, Registry, SolverPlugin,
-    TableSpec, Value,
-    io::{InputError, Measurement, TouchRecord, Units, log, write},
+    DialectPlugin, FixturePlugin, Frame, Literal, ParameterKind, ParameterSpec, Parameters, Plugin, Probe,
+    Registry, SolverPlugin, TableSpec, Value,
+    io::{InputError, Measurement, TouchRecord, Units, dialect, log, solution::DialectNote, write},
     parameters::TYPE,
 };
 
@@ -19,21 +19,22 @@ use crate::{
     text::{self, Look},
 };
 
-/// Tell parameters, surfaces, touches and frame of a fixture, what a solver does, or what is read of a log
+/// Tell parameters, surfaces, touches and frame of a fixture, what a solver does, what the numbers of a dialect mean,
+/// or what is read of a log
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// A fixture, a solver or a format of logs
+    /// A fixture, a solver, a dialect or a format of logs
     name: String,
     /// Form of the result
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
 
-/// The JSON of `describe`: a fixture, a solver or a format of logs.
+/// The JSON of `describe`: a fixture, a solver, a dialect or a format of logs.
 #[derive(Debug, Serialize)]
 pub(crate) struct Description {
     schema: &'static str,
-    /// `fixture`, `solver` or `log`.
+    /// `fixture`, `solver`, `dialect` or `log`.
     pub(crate) kind: &'static str,
     pub(crate) name: &'static str,
     pub(crate) summary: &'static str,
@@ -68,6 +69,14 @@ pub(crate) enum Kind {
         /// What its positions are always relative to; `null` where the measurement states it, or the log tells it.
         frame: Option<&'static str>,
         /// The section of a measurement file.
+        example: String,
+    },
+    Dialect {
+        /// What is typed after `--dialect`.
+        call: String,
+        #[serde(flatten)]
+        note: DialectNote,
+        /// A frame in this dialect.
         example: String,
     },
 }
@@ -124,13 +133,17 @@ impl Args {
             of_fixture(plugin, registry)
         } else if let Ok(plugin) = registry.solver(&self.name) {
             of_solver(plugin)
+        } else if let Ok(plugin) = registry.dialect(&self.name) {
+            of_dialect(plugin)?
         } else if let Ok(importer) = log::find(&self.name) {
             of_log(importer)
         } else {
             let fixtures = registry.fixtures().iter().map(|plugin| plugin.name);
-            let known = fixtures.chain(registry.solvers().iter().map(|plugin| plugin.name));
+            let solvers = registry.solvers().iter().map(|plugin| plugin.name);
+            let known = fixtures.chain(solvers).chain(registry.dialects().iter().map(|plugin| plugin.name));
             let known = known.chain(log::ALL.iter().map(|importer| importer.name));
-            let error = InputError::unknown("unknown-name", "fixture, solver or log", &self.name, known);
+            let error =
+                InputError::unknown("unknown-name", "fixture, solver, dialect or log", &self.name, known);
             return Err(error.with_key("name").into());
         };
         Ok(match self.format {
@@ -191,6 +204,28 @@ fn log_example(importer: &log::Importer) -> String {
         importer.name,
         needed.collect::<String>()
     )
+}
+
+/// With the parameters that must be given at the first of their values, and a frame that every dialect can tell.
+fn of_dialect(plugin: &'static DialectPlugin) -> Result<Description, Failure> {
+    let needed = plugin.parameters.iter().filter(|spec| spec.default.is_none());
+    let parameters =
+        needed.fold(Parameters::new(), |parameters, spec| parameters.with(spec.name, plausible(spec)));
+    let built = plugin.build(&parameters).map_err(|error| {
+        InputError::new("invalid-input", format!("dialect `{}`: {error}", plugin.name)).with_key("name")
+    })?;
+    let origin = Point3::new(100.0, 200.0, 300.0);
+    // 30 degrees about Z.
+    let frame =
+        Frame::from_quaternion_xyzw(origin, [0.0, 0.0, 0.258_819_045_102_520_7, 0.965_925_826_289_068_3])
+            .unwrap_or_else(Frame::identity);
+    let literal = Literal::new(plugin.name, &*built, &frame, Units::Millimetre, &[])?;
+    let kind = Kind::Dialect {
+        call: dialect::call(plugin),
+        note: DialectNote::from(&literal),
+        example: literal.text,
+    };
+    Ok(describe(plugin, kind, plugin.reference))
 }
 
 fn describe<P: Plugin>(plugin: &'static P, of: Kind, reference: &'static str) -> Description {

@@ -4,10 +4,7 @@ use std::io;
 
 use clap::ValueEnum;
 use serde::Serialize;
-use touchref::{
-    Plugin, Registry,
-    io::{dialect, log},
-};
+use touchref::{Plugin, Registry, io::log};
 
 use crate::{
     args::Format,
@@ -70,11 +67,6 @@ impl Item {
 impl Args {
     pub(crate) fn run(self, registry: &Registry) -> Output {
         let wanted = |what| self.what.is_none_or(|only| only == what);
-        let of_dialect = |dialect: &'static dialect::Dialect| Item {
-            name: dialect.name,
-            summary: dialect.summary,
-            origin: "touchref_io::dialect",
-        };
         let of_log = |importer: &'static log::Importer| Item {
             name: importer.name,
             summary: importer.summary,
@@ -85,7 +77,8 @@ impl Args {
             fixtures: wanted(What::Fixtures)
                 .then(|| registry.fixtures().iter().map(|p| Item::of(*p)).collect()),
             solvers: wanted(What::Solvers).then(|| registry.solvers().iter().map(|p| Item::of(*p)).collect()),
-            dialects: wanted(What::Dialects).then(|| dialect::ALL.iter().map(of_dialect).collect()),
+            dialects: wanted(What::Dialects)
+                .then(|| registry.dialects().iter().map(|p| Item::of(*p)).collect()),
             logs: wanted(What::Logs).then(|| log::ALL.iter().map(of_log).collect()),
         };
         match self.format {

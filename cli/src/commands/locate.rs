@@ -3,10 +3,9 @@
 use std::{io, path::PathBuf};
 
 use touchref::{
-    Registry, Solution,
+    Dialect, Literal, Registry, Solution,
     io::{
         InputError, SolutionRecord, dialect,
-        dialect::Dialect,
         history::{self, Entry, History},
         solution::WarningRecord,
     },
@@ -36,7 +35,7 @@ pub(crate) struct Args {
     solver: SolverArgs,
     #[command(flatten)]
     near: NearArgs,
-    /// Also print the frame in the words of a machine; may be repeated
+    /// Also print the frame in the words of a machine, as `kuka` or `euler:zyx:intrinsic:deg`; may be repeated
     #[arg(long = "dialect", value_name = "NAME")]
     dialects: Vec<String>,
     /// Store in which the result is kept, a frame or a refusal; made where there is none
@@ -52,27 +51,28 @@ pub(crate) struct Args {
 
 impl Args {
     pub(crate) fn run(self, registry: &Registry) -> Result<Output, Failure> {
-        let dialects =
-            self.dialects.iter().map(|name| dialect::find(name).map_err(|error| error.with_key("dialect")));
-        let dialects = dialects.collect::<Result<Vec<_>, InputError>>()?;
+        let found = self.dialects.iter().map(|name| match dialect::find(registry, name) {
+            Ok(dialect) => Ok((name, dialect)),
+            Err(error) => Err(error.with_key("dialect")),
+        });
+        let dialects = found.collect::<Result<Vec<_>, InputError>>()?;
         let solver = self.solver.build(registry, &TRUST)?;
         let near = self.near.frame()?;
         // A store that cannot be written is better known before the work than after it.
         let store = self.record.as_deref().map(History::append_to).transpose();
         let mut store = store.map_err(|error| error.with_key("record"))?;
         let setup = self.measurement.load(registry)?;
-        let solution = match setup.solve(&*solver, near) {
-            Ok(solution) => solution,
+        let told = setup.solve(&*solver, near).and_then(|solution| record(&setup, &solution, &dialects));
+        let record = match told {
+            Ok(record) => record,
             Err(failure) => {
-                if let (Some(store), Failure::Refused(refused)) = (&mut store, &failure) {
+                if let (Some(store), Failure::Refused(_) | Failure::Untold(_)) = (&mut store, &failure) {
                     let record = failure.record();
-                    let entry = self.entry(&setup, refused.error.code(), None, json(&record));
-                    append(store, &entry)?;
+                    append(store, &self.entry(&setup, &record.error.code, None, json(&record)))?;
                 }
                 return Err(failure);
             }
         };
-        let record = record(&setup, &solution, &dialects)?;
         if let Some(store) = &mut store {
             let origin = Some(record.frame.origin);
             append(store, &self.entry(&setup, history::OK, origin, json(&record)))?;
@@ -107,12 +107,17 @@ fn append(store: &mut History, entry: &Entry) -> Result<(), InputError> {
     Ok(())
 }
 
-fn record(setup: &Setup, solution: &Solution, dialects: &[&Dialect]) -> Result<SolutionRecord, InputError> {
+fn record(
+    setup: &Setup,
+    solution: &Solution,
+    dialects: &[(&String, Box<dyn Dialect>)],
+) -> Result<SolutionRecord, Failure> {
     let mut record = SolutionRecord::new(&setup.context()?, solution);
     record.warnings.extend(setup.warnings().iter().map(WarningRecord::from));
-    let literal = |dialect: &&Dialect| {
-        (dialect.name.to_owned(), (dialect.literal)(&solution.frame, setup.measurement.units))
-    };
-    record.dialects = dialects.iter().map(literal).collect();
+    let touched: Vec<_> = setup.touches()?.touches.iter().map(|touch| touch.at).collect();
+    for (name, dialect) in dialects {
+        let units = setup.measurement.units;
+        record.tell(name, &Literal::new(name, &**dialect, &solution.frame, units, &touched)?);
+    }
     Ok(record)
 }

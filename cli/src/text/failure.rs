@@ -23,6 +23,7 @@ pub(crate) fn failure(failure: &Failure, look: Look) -> String {
         Failure::Uncalibrated(refused) => uncalibrated(refused, &failure.record().error, look),
         Failure::Undetermined(_) => helped("No surface to trust:", &failure.record().error, look),
         Failure::Unplanned(_) => helped("No plan:", &failure.record().error, look),
+        Failure::Untold(_) => helped("A frame was found, but not told:", &failure.record().error, look),
         Failure::Call(error) => error.render().ansi().to_string(),
     }
 }

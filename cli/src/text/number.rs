@@ -1,5 +1,7 @@
 //! Numbers for people: as many digits as they are worth.
 
+pub(super) use touchref::io::number::fixed;
+
 /// Digits after the point at which two digits of the uncertainty `u` show; at least `fewest`, at most 12.
 pub(super) fn decimals(u: Option<f64>, fewest: usize) -> usize {
     /// Doubles near one have no more.
@@ -16,13 +18,6 @@ pub(super) fn decimals(u: Option<f64>, fewest: usize) -> usize {
 
 fn clamped(decimals: usize) -> i32 {
     i32::try_from(decimals).unwrap_or(i32::MAX)
-}
-
-/// A number with so many digits after the point; no negative zero.
-pub(super) fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    let zero = text.bytes().all(|byte| matches!(byte, b'-' | b'0' | b'.'));
-    if zero { text.trim_start_matches('-').to_owned() } else { text }
 }
 
 /// A number of which the size matters: three digits, plain where that reads well.

@@ -1,6 +1,6 @@
 //! Fixtures, solvers, dialects and formats of logs for people.
 
-use super::{Look, sheet::Sheet};
+use super::{Look, sheet::Sheet, solution::note_of_dialect};
 use crate::commands::{
     describe::{Description, Kind, ParameterDescription},
     list::{Item, Listing},
@@ -33,7 +33,7 @@ fn names(sheet: &mut Sheet, items: &[Item]) {
     sheet.table(&[], rows.collect(), &[]);
 }
 
-/// All that a fixture, a solver or a format of logs says of itself.
+/// All that a fixture, a solver, a dialect or a format of logs says of itself.
 pub(crate) fn description(description: &Description, look: Look) -> String {
     let mut sheet = Sheet::new(look);
     sheet.heading(&format!("{} {}", description.kind, description.name));
@@ -41,6 +41,13 @@ pub(crate) fn description(description: &Description, look: Look) -> String {
     if let Kind::Solver { about } | Kind::Log { about, .. } = &description.of {
         sheet.gap();
         sheet.prose(about);
+    }
+    if let Kind::Dialect { call, note, example } = &description.of {
+        sheet.gap();
+        sheet.prose(&format!("--dialect {call}"));
+        note_of_dialect(&mut sheet, note);
+        sheet.heading("30 degrees about Z, at 100, 200, 300 mm");
+        sheet.exact(example);
     }
     if !matches!(description.of, Kind::Log { .. }) {
         sheet.heading("Parameters");

@@ -65,6 +65,12 @@ impl Sheet {
         }
     }
 
+    /// Text to copy: kept as it is, lines at the margin.
+    pub(super) fn exact(&mut self, text: &str) {
+        self.text.push_str(text);
+        self.text.push('\n');
+    }
+
     /// A table; columns listed in `right` are aligned to the right.
     pub(super) fn table(&mut self, header: &[String], rows: Vec<Vec<String>>, right: &[usize]) {
         let mut table = Table::new();

@@ -2,7 +2,7 @@
 
 use touchref::io::{
     SolutionRecord,
-    solution::{FixtureRecord, ProbeRecord, ResidualRecord, RootRecord, TrustRecord},
+    solution::{DialectNote, FixtureRecord, ProbeRecord, ResidualRecord, RootRecord, TrustRecord},
 };
 
 use super::{
@@ -28,9 +28,35 @@ pub(crate) fn solution(record: &SolutionRecord, look: Look) -> String {
     residuals(&mut sheet, &record.touches, &record.units);
     for (dialect, literal) in &record.dialects {
         sheet.heading(&format!("For {dialect}"));
-        sheet.verbatim(literal);
+        sheet.exact(literal);
+        if let Some(note) = record.dialect_notes.get(dialect) {
+            note_of_dialect(&mut sheet, note);
+            sheet.prose(&loss(note, &record.units));
+        }
     }
     sheet.finish()
+}
+
+/// What the numbers of a literal mean.
+pub(super) fn note_of_dialect(sheet: &mut Sheet, note: &DialectNote) {
+    sheet.prose(&format!("relative to: {}", note.parent));
+    sheet.prose(&format!("numbers: {}; {}", note.units, note.digits));
+    sheet.prose(&format!("rotation: {}", note.convention));
+    sheet.prose(&format!("use: {}", note.usage));
+}
+
+/// What the literal loses, in words.
+fn loss(note: &DialectNote, units: &str) -> String {
+    let why = match &note.leaves_out {
+        Some(what) => format!("rounding and the {what} that is left out"),
+        None => "rounding".to_owned(),
+    };
+    format!(
+        "read back, it differs from the frame by at most {} {units} at the touches, by {why} (the farthest touch is {} \
+         {units} from the origin)",
+        short(note.rounding_loss),
+        short(note.farthest_touch)
+    )
 }
 
 /// Which touch is left out, and how far off it is, as a sentence.

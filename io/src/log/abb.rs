@@ -12,7 +12,7 @@ use super::{
 };
 
 pub(super) const IMPORTER: Importer = Importer {
-    name: "abb",
+    name: "abb-mod",
     summary: "ABB RAPID modules (.mod, .sys): declarations of robtarget and pos",
     about: "A point is a declaration, as CONST robtarget p1:=[[x,y,z],[q1,q2,q3,q4],[..],[..]]; or PERS pos p1:=[x,y,z];. \
             Its name is the variable's (p1), of an array's element p1{2}. Millimetres, in single precision. The file does \

@@ -10,7 +10,7 @@ use super::{
 };
 
 pub(super) const IMPORTER: Importer = Importer {
-    name: "kuka",
+    name: "kuka-dat",
     summary: "KUKA data lists (.dat): E6POS, POS and FRAME, with BASE_NO and TOOL_NO of their FDAT",
     about: "A point is a declaration or an element with X, Y and Z, as DECL E6POS XP1={X 1.0,Y 2.0,Z 3.0,...}; its \
             name is the variable's (XP1, TOUCH[2]). Base and tool are those of its FDAT (FP1). Millimetres. Refused are \

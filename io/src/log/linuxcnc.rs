@@ -8,7 +8,7 @@ use super::{
 };
 
 pub(super) const IMPORTER: Importer = Importer {
-    name: "linuxcnc",
+    name: "linuxcnc-probe",
     summary: "LinuxCNC probe logs (PROBEOPEN): nine numbers a line",
     about: "A point is a line of nine numbers, X Y Z A B C U V W; points have rows, no names. They are in the program's \
             unit (G20 or G21: state `units`), in the active coordinate system (state `base`, as G54). LinuxCNC does not \

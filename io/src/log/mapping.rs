@@ -432,14 +432,7 @@ fn find_point(
 
 /// A position in another unit.
 fn converted(at: Point3<f64>, from: Units, to: Units) -> Point3<f64> {
-    // Whole micrometres of each unit: lengths in millimetres that are given in metres come out to the last digit but one.
-    let micrometres = |units: Units| match units {
-        Units::Millimetre => 1e3,
-        Units::Metre => 1e6,
-        Units::Micrometre => 1.0,
-        Units::Inch => 25_400.0,
-    };
-    if from == to { at } else { at.map(|v| v * micrometres(from) / micrometres(to)) }
+    if from == to { at } else { at.map(|v| v * from.millimetres() / to.millimetres()) }
 }
 
 fn read_format(table: &Table<'_>, file: &str) -> Result<&'static Importer, InputError> {

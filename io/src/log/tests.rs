@@ -7,8 +7,8 @@ use super::*;
 type Sample = (&'static str, &'static str, &'static str, [usize; 7], f64);
 
 const SAMPLES: &[Sample] = &[
-    ("kuka", "probe.dat", include_str!("../../../examples/logs/probe.dat"), [2, 3, 4, 5, 6, 7, 8], 1.0),
-    ("abb", "probe.mod", include_str!("../../../examples/logs/probe.mod"), [2, 3, 4, 5, 6, 7, 8], 1.0),
+    ("kuka-dat", "probe.dat", include_str!("../../../examples/logs/probe.dat"), [2, 3, 4, 5, 6, 7, 8], 1.0),
+    ("abb-mod", "probe.mod", include_str!("../../../examples/logs/probe.mod"), [2, 3, 4, 5, 6, 7, 8], 1.0),
     ("fanuc-ls", "probe.ls", include_str!("../../../examples/logs/probe.ls"), [1, 2, 3, 4, 5, 6, 7], 1.0),
     (
         "fanuc-posreg",
@@ -26,7 +26,7 @@ const SAMPLES: &[Sample] = &[
     ),
     ("ur-rtde", "rtde.csv", include_str!("../../../examples/logs/rtde.csv"), [1, 2, 3, 4, 5, 6, 7], 1e3),
     (
-        "linuxcnc",
+        "linuxcnc-probe",
         "probe-results.txt",
         include_str!("../../../examples/logs/probe-results.txt"),
         [1, 2, 3, 4, 5, 6, 7],
@@ -87,14 +87,14 @@ fn points_keep_what_the_log_tells_of_them() {
     let expected = |name: &str, base: &str, tool: &str, line, units| {
         (name.to_owned(), base.to_owned(), tool.to_owned(), line, units)
     };
-    assert_eq!(told("kuka", 2), expected("XP1", "3", "1", 14, None));
-    assert_eq!(told("abb", 3), expected("p2", "", "", 10, None));
-    assert_eq!(told("abb", 7), expected("plane_touch{2}", "", "", 15, None));
+    assert_eq!(told("kuka-dat", 2), expected("XP1", "3", "1", 14, None));
+    assert_eq!(told("abb-mod", 3), expected("p2", "", "", 10, None));
+    assert_eq!(told("abb-mod", 7), expected("plane_touch{2}", "", "", 15, None));
     assert_eq!(told("fanuc-ls", 2), expected("P[2]", "2", "4", 22, None));
     assert_eq!(told("fanuc-posreg", 5), expected("PR[5]", "", "", 18, None));
     assert_eq!(told("urscript", 7), expected("touch_7", "", "", 9, None));
     assert_eq!(told("ur-rtde", 7), expected("", "", "", 8, None));
-    assert_eq!(told("linuxcnc", 7), expected("", "", "", 7, None));
+    assert_eq!(told("linuxcnc-probe", 7), expected("", "", "", 7, None));
     assert_eq!(told("grbl", 1), expected("", "", "", 6, Some(Units::Millimetre)));
     assert_eq!(told("dmis", 3), expected("T3", "MCS", "", 9, Some(Units::Millimetre)));
     assert_eq!(told("csv", 1), expected("Z1", "", "", 2, None));
@@ -127,37 +127,37 @@ fn the_normal_of_a_surface_points_against_the_probing() {
 
 /// Format, text, and what is said of its first point that has no position, with the text that it points to.
 const TRAPS: &[(&str, &str, &str, &str)] = &[
-    ("kuka", "DECL E6POS XP1", "declared, never taught", "XP1"),
-    ("kuka", "DECL E6AXIS XP1={A1 0.0,A2 -90.0}", "joint angles", "A1"),
-    ("kuka", "DECL E6POS XP1={X 1.0,Y 2.0}", "no Z", "XP1"),
-    ("kuka", "DECL E6POS XP1={X 1.0,Y 2.0,Z 1.0,X 2.0}", "X is there twice", "X"),
-    ("kuka", "DECL E6POS XP1={X 1.0,Y NaN,Z 1.0}", "`NaN`", "NaN"),
+    ("kuka-dat", "DECL E6POS XP1", "declared, never taught", "XP1"),
+    ("kuka-dat", "DECL E6AXIS XP1={A1 0.0,A2 -90.0}", "joint angles", "A1"),
+    ("kuka-dat", "DECL E6POS XP1={X 1.0,Y 2.0}", "no Z", "XP1"),
+    ("kuka-dat", "DECL E6POS XP1={X 1.0,Y 2.0,Z 1.0,X 2.0}", "X is there twice", "X"),
+    ("kuka-dat", "DECL E6POS XP1={X 1.0,Y NaN,Z 1.0}", "`NaN`", "NaN"),
     (
-        "kuka",
+        "kuka-dat",
         "DECL E6POS XP1={X 1.0,Y 2.0,Z 3.0}\nDECL FDAT FP1={TOOL_NO 1,BASE_NO -1}",
         "BASE_NO is `-1`",
         "-1",
     ),
     (
-        "kuka",
+        "kuka-dat",
         "DECL E6POS XP1={X 1.0,Y 2.0,Z 3.0}\nDECL FDAT FP1={TOOL_NO 1,BASE_NO 0,IPO_FRAME #TCP}",
         "IPO_FRAME",
         "#TCP",
     ),
-    ("kuka", "E6POS P[2]\nP[1]={X 1,Y 2,Z 3}\nP[2]={E6POS: X 1,Y 2,Z ****}", "`****`", "****"),
-    ("abb", "VAR robtarget p1;", "declared, never taught", "p1"),
-    ("abb", "CONST jointtarget p1:=[[0,0],[9E9]];", "joint angles", "[[0,0],[9E9]]"),
-    ("abb", "VAR robtarget p1:=[[0,0,0],[0,0,0,0],[0,0,0,0],[9E9]];", "never taught", "[0,0,0,0]"),
-    ("abb", "CONST pos p1:=[9E9,9E9,9E9];", "not defined", "[9E9,9E9,9E9]"),
+    ("kuka-dat", "E6POS P[2]\nP[1]={X 1,Y 2,Z 3}\nP[2]={E6POS: X 1,Y 2,Z ****}", "`****`", "****"),
+    ("abb-mod", "VAR robtarget p1;", "declared, never taught", "p1"),
+    ("abb-mod", "CONST jointtarget p1:=[[0,0],[9E9]];", "joint angles", "[[0,0],[9E9]]"),
+    ("abb-mod", "VAR robtarget p1:=[[0,0,0],[0,0,0,0],[0,0,0,0],[9E9]];", "never taught", "[0,0,0,0]"),
+    ("abb-mod", "CONST pos p1:=[9E9,9E9,9E9];", "not defined", "[9E9,9E9,9E9]"),
     (
-        "abb",
+        "abb-mod",
         "CONST robtarget p1:=[[1,2],[1,0,0,0],[0],[0]];",
         "three coordinates",
         "[[1,2],[1,0,0,0],[0],[0]]",
     ),
-    ("abb", "CONST robtarget p1:=Offs(p0,0,0,1);", "not written out", "p1:=Offs"),
-    ("abb", "CONST robtarget p1:=[[1,2,\"3\"],[1,0,0,0],[0],[0]];", "not written out", "p1:=[[1,2,"),
-    ("abb", "CONST pos p{2}:=[[1,2,3],[1,2,inf]];", "`inf`", "inf"),
+    ("abb-mod", "CONST robtarget p1:=Offs(p0,0,0,1);", "not written out", "p1:=Offs"),
+    ("abb-mod", "CONST robtarget p1:=[[1,2,\"3\"],[1,0,0,0],[0],[0]];", "not written out", "p1:=[[1,2,"),
+    ("abb-mod", "CONST pos p{2}:=[[1,2,3],[1,2,inf]];", "`inf`", "inf"),
     ("fanuc-ls", "/POS\nP[1]{\n GP1:\n UF : 0, UT : 1,\n J1= 1.0 deg\n};", "joint angles", "J1"),
     (
         "fanuc-ls",
@@ -184,16 +184,16 @@ const TRAPS: &[(&str, &str, &str, &str)] = &[
     ("ur-rtde", "tcp_0,tcp_1,tcp_2\n0,0,0", "never set", "0,0,0"),
     ("ur-rtde", "tcp_0,tcp_1,tcp_2\n100,2,3", "millimetres", "100,2,3"),
     ("ur-rtde", "TCP X (m),TCP Y (m),TCP Z (m)\n0.1,0.2,-", "`-`", "-"),
-    ("linuxcnc", "1 2 nan 0 0 0 0 0 0", "`nan`", "nan"),
+    ("linuxcnc-probe", "1 2 nan 0 0 0 0 0 0", "`nan`", "nan"),
     ("grbl", "[PRB:1,2,3:0]", "missed", "0"),
     ("grbl", "[PRB:1,2,3:2]", "flag is `2`", "2"),
     ("grbl", "[PRB:1,2,x:1]", "`x`", "x"),
     ("grbl", "[PRB:1,5,2,5,3,5:1]", "decimal commas", "[PRB:1,5,2,5,3,5:1]"),
     ("dmis", "PTMEAS/CART,1,5,2,5,3,5", "no unit vector", "5,3,5"),
-    ("kuka", "DECL E6POS XP1={X 1,5,Y 2,5,Z 3,5}", "not written as", "X 1,"),
-    ("kuka", "DECL E6POS XP1={X 1.0,Y 2.0,Z 3.0", "not written as", "X 1.0,Y 2.0,Z 3.0"),
+    ("kuka-dat", "DECL E6POS XP1={X 1,5,Y 2,5,Z 3,5}", "not written as", "X 1,"),
+    ("kuka-dat", "DECL E6POS XP1={X 1.0,Y 2.0,Z 3.0", "not written as", "X 1.0,Y 2.0,Z 3.0"),
     (
-        "kuka",
+        "kuka-dat",
         "DECL E6POS XP1={X 1,Y 2,Z 3}\nDECL FDAT FP1={TOOL_NO 1 BASE_NO 0}",
         "not written as",
         "TOOL_NO 1 ",
@@ -226,12 +226,12 @@ fn what_is_no_position_is_told_where_it_stands() {
 
 /// Format, text, code, line and column (0: none), and what is said.
 const REFUSED: &[(&str, &str, &str, usize, usize, &str)] = &[
-    ("kuka", "", "too-few-touches", 0, 0, "no points"),
-    ("kuka", "DEFDAT P\nENDDAT", "too-few-touches", 0, 0, "no points"),
+    ("kuka-dat", "", "too-few-touches", 0, 0, "no points"),
+    ("kuka-dat", "DEFDAT P\nENDDAT", "too-few-touches", 0, 0, "no points"),
     ("fanuc-ls", "/PROG A\n/MN\n/END", "invalid-input", 0, 0, "/POS"),
-    ("linuxcnc", "1 2 3 0 0 0 0 0 0\n1 2 3", "invalid-input", 2, 1, "3 fields"),
-    ("linuxcnc", "1 2 3 0 0 0 0 0 0 0", "invalid-input", 1, 1, "10 fields"),
-    ("linuxcnc", "1,2,3,0,0,0,0,0,0", "invalid-input", 1, 1, "17 fields"),
+    ("linuxcnc-probe", "1 2 3 0 0 0 0 0 0\n1 2 3", "invalid-input", 2, 1, "3 fields"),
+    ("linuxcnc-probe", "1 2 3 0 0 0 0 0 0 0", "invalid-input", 1, 1, "10 fields"),
+    ("linuxcnc-probe", "1,2,3,0,0,0,0,0,0", "invalid-input", 1, 1, "17 fields"),
     ("grbl", "ok\n10:00 [PRB:1,2,3:", "invalid-input", 2, 7, "not whole"),
     ("grbl", "[PRB:1,2:1]", "invalid-input", 1, 1, "not whole"),
     ("grbl", "[PRB:1,2,3]", "invalid-input", 1, 1, "not whole"),

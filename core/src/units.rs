@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Unit of every length in a measurement, and so in its result. Never converted.
+/// Unit of every length in a measurement, and so in its result. [Dialects](crate::Dialect) alone convert.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Units {
     /// Millimetres, `mm`.
@@ -27,6 +27,17 @@ impl Units {
             Self::Metre => "m",
             Self::Micrometre => "um",
             Self::Inch => "in",
+        }
+    }
+
+    /// Its length in millimetres.
+    #[must_use]
+    pub fn millimetres(self) -> f64 {
+        match self {
+            Self::Millimetre => 1.0,
+            Self::Metre => 1000.0,
+            Self::Micrometre => 0.001,
+            Self::Inch => 25.4,
         }
     }
 

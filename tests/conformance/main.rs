@@ -51,7 +51,7 @@ fn every_solver_keeps_its_promises_with_every_fixture() {
             let (suite, settings) = match (solver.name, fixture.name) {
                 // It makes dozens of them: tests/composite.rs.
                 ("robust", "composite") => continue,
-                ("global", _) | (_, "composite") => (Suite { trials: 2, seed: 1 }, 1),
+                ("global", _) | (_, "composite") => (Suite { trials: 4, seed: 1 }, 1),
                 _ => (Suite::default(), all.len()),
             };
             for parameters in &all[..settings] {

@@ -207,7 +207,7 @@ const SETS: usize = 1000;
 /// The same where dimensions are unknowns, too: the search for frames, which takes the time, is the same.
 const SETS_MEASURED: usize = 500;
 /// The same where a search is everywhere, which takes a thousand times as long.
-const SETS_EVERYWHERE: usize = 40;
+const SETS_EVERYWHERE: usize = 80;
 
 /// A set that gives a frame.
 struct Recovered {

@@ -320,7 +320,11 @@ fn the_next_touch_separates_frames_that_survive() {
         let next = planner.next_apart(&touches, &frames).unwrap();
         let Effect::Separates { sigmas } = next.effect else { panic!("{next:?}") };
         // Where the first of the frames has it; the fixture stands at the truth.
-        let tip = truth.to_fixture(&frames[0].to_parent(&next.tip(&*fixture, &probe)));
+        let tip =
+            truth
+                .to_fixture(&frames[0].to_parent(
+                    &fixture.surfaces()[next.surface].tip_center(&next.contact, probe.tip_radius),
+                ));
         let met = fixture.surfaces()[next.surface].seen_from(&tip);
         let layout: Layout = vec![(next.surface, tip - met.normal * met.distance)];
         touches.extend(simulate(&*fixture, &layout, &truth, &probe, NOISE, &mut rng));

@@ -8,6 +8,7 @@ mod support;
 
 use nalgebra::{DMatrix, Point3};
 use rayon::prelude::*;
+use support::{refined, trials};
 use touchref::{
     Fixture, Frame, Probe, Problem, Touch,
     analysis::{
@@ -15,19 +16,10 @@ use touchref::{
         linear::Observation,
         simulation::{Layout, generator, random_frame, random_layout, simulate},
     },
-    solvers::refinement::refine,
 };
 
 const SIGMA: f64 = 0.005;
 const PROBE: Probe = Probe { tip_radius: 1.5, tip_radius_u: 0.0, sigma: Some(SIGMA) };
-
-fn trials(few: u64) -> u64 {
-    std::env::var("TRIALS").ok().and_then(|text| text.parse().ok()).unwrap_or(few)
-}
-
-fn refined(problem: &Problem<'_>, start: &Frame) -> Frame {
-    refine(problem, start).unwrap().unknowns.frame
-}
 
 fn reliability(fixture: &dyn Fixture, touches: &[Touch], near: &Frame) -> Reliability {
     let problem = Problem::new(fixture, touches, PROBE).unwrap();

@@ -15,6 +15,7 @@ mod support;
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 use rayon::prelude::*;
+use support::trials;
 use touchref::{
     Fixture, Frame, Observability, Parameters, Probe, Problem, Solution, SolveError, Solver, Touch, Unknown,
     Value,
@@ -29,10 +30,6 @@ use touchref::{
 const SIGMA: f64 = 0.01;
 /// How far a bad touch is off, standard deviations.
 const OFF: f64 = 100.0;
-
-fn trials(few: u64) -> u64 {
-    std::env::var("TRIALS").ok().and_then(|text| text.parse().ok()).unwrap_or(few)
-}
 
 /// The fixtures of the studies.
 fn fixture(kind: &str) -> Box<dyn Fixture> {

@@ -9,6 +9,7 @@ mod support;
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
+use support::{refined, trials};
 use touchref::{
     Fixture, Frame, Probe, Problem, Touch, Unknown,
     analysis::{
@@ -18,7 +19,6 @@ use touchref::{
         uncertainty::{Draws, Source},
     },
     registry,
-    solvers::refinement::refine,
 };
 
 /// Standard deviation of a touch: 1e-4 of the sizes, so that second-order terms are as small a part.
@@ -26,14 +26,6 @@ const SIGMA: f64 = 0.005;
 const PROBE: Probe = Probe { tip_radius: 1.5, tip_radius_u: 0.004, sigma: Some(SIGMA) };
 /// Standard deviations of what is measured that a figure may be off: one figure of a million is.
 const MOST_OFF: f64 = 5.0;
-
-fn trials(few: u64) -> u64 {
-    std::env::var("TRIALS").ok().and_then(|text| text.parse().ok()).unwrap_or(few)
-}
-
-fn refined(problem: &Problem<'_>, start: &Frame) -> Frame {
-    refine(problem, start).unwrap().unknowns.frame
-}
 
 /// Places at which frames are used: on the fixture, and half a metre away.
 fn points() -> [Point3<f64>; 3] {

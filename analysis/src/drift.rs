@@ -373,7 +373,7 @@ impl Comparison {
         let from = before.frame;
         Ok(Change {
             from,
-            motion: along_parent(&from, &(&all * motion)).into(),
+            motion: Twist::from(&all * motion).turned(&from.rotation),
             covariance: from.to_parent_axes(&(&all * covariance * all.transpose())),
             significance,
             turned,
@@ -417,7 +417,10 @@ impl Comparison {
         let located = Located {
             frame: from.moved(&Twist::from(&all * mean)),
             own: from.to_parent_axes(&own),
-            common: effects.column_iter().map(|effect| along_parent(&from, &effect.into_owned())).collect(),
+            common: effects
+                .column_iter()
+                .map(|effect| Twist::from(effect.into_owned()).turned(&from.rotation).into())
+                .collect(),
             estimated: frames[0].estimated,
         };
         let agreement = Significance {
@@ -427,12 +430,6 @@ impl Comparison {
         };
         Ok(Baseline { located, agreement: Some(agreement) })
     }
-}
-
-/// A twist along a fixture's axes, along those of its parent.
-fn along_parent(frame: &Frame, twist: &Vector6<f64>) -> Vector6<f64> {
-    let Twist { translation, rotation } = (*twist).into();
-    Twist { translation: frame.rotation * translation, rotation: frame.rotation * rotation }.into()
 }
 
 /// The same frames, all noise that residuals tell being one: the pooled estimate of it. What is common stays so only where
@@ -531,11 +528,11 @@ mod tests {
             let Difference { motion, by_frames } = comparison.difference(&before, &after);
             assert_eq!(motion.len(), 6 - comparison.freedom.count());
             // Along axes that do not turn with the first frame.
-            let inverse = Frame { rotation: before.rotation.inverse(), ..before };
             let told = |first: &Frame, second: &Frame| {
                 let motion = comparison.difference(first, second).motion;
                 let all = comparison.selection().transpose() * motion;
-                comparison.selection() * along_parent(&inverse, &along_parent(first, &all))
+                let along_parent = Twist::from(all).turned(&first.rotation);
+                comparison.selection() * Vector6::from(along_parent.turned(&before.rotation.inverse()))
             };
             for k in 0..6 {
                 let error = Vector6::ith(k, STEP);

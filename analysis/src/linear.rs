@@ -12,8 +12,8 @@
 //! `S S^T` is the covariance of the unknowns, the diagonal of `Q` the redundancy numbers (W. Baarda, A testing procedure
 //! for use in geodetic networks, 1968): 1 where an observation is checked wholly by the others, 0 where not at all.
 
-use nalgebra::{DMatrix, DVector, Matrix3x6, Matrix6, Matrix6xX, Point3, Vector3, Vector6};
-use touchref_core::{Contact, Fixture, Frame, Problem, RANK_TOLERANCE, Unknown};
+use nalgebra::{DMatrix, DVector, Matrix3x6, Matrix6, Matrix6xX, Point3, Vector6};
+use touchref_core::{Contact, Fixture, Frame, Problem, RANK_TOLERANCE, Twist, Unknown};
 
 /// What tells of the frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,9 +63,13 @@ impl Linear {
             sigmas.push(*u);
         }
         let Projection { solution, redundancy } = Projection::of(jacobian)?;
-        let mut along_fixture = Matrix6xX::zeros(count);
+        let mut sensitivities = Matrix6xX::zeros(count);
         for (row, motion) in motions.iter().enumerate() {
-            along_fixture.set_row(*motion, &-solution.row(sizes + row));
+            sensitivities.set_row(*motion, &-solution.row(sizes + row));
+        }
+        for mut column in sensitivities.column_iter_mut() {
+            let along_fixture = Twist::from(column.clone_owned());
+            column.copy_from(&Vector6::from(along_fixture.turned(&frame.rotation)));
         }
         let touched = (0..touches).map(Observation::Touch);
         Some(Self {
@@ -74,7 +78,7 @@ impl Linear {
                 .chain(uncertain.iter().map(|(what, _)| Observation::Stated(*what)))
                 .collect(),
             sigmas,
-            sensitivities: in_parent(frame, &along_fixture),
+            sensitivities,
             residuals: &redundancy * misfits,
             redundancy,
         })
@@ -182,18 +186,6 @@ impl Columns {
     }
 }
 
-/// Twists along the fixture's axes, one a column, along the parent's.
-fn in_parent(frame: &Frame, along_fixture: &Matrix6xX<f64>) -> Matrix6xX<f64> {
-    let mut twists = along_fixture.clone();
-    for mut twist in twists.column_iter_mut() {
-        for part in [0, 3] {
-            let turned: Vector3<f64> = frame.rotation * twist.fixed_rows::<3>(part);
-            twist.fixed_rows_mut::<3>(part).copy_from(&turned);
-        }
-    }
-    twists
-}
-
 /// What the rows of a Jacobian tell of its columns' unknowns: `S` and `Q`.
 struct Projection {
     solution: DMatrix<f64>,
@@ -209,6 +201,7 @@ impl Projection {
         }
         // Lengths and angles are of different sizes.
         let scales: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
+        // Of a column that no touch sees nothing but what is no number would be left, and its singular values never end.
         if !scales.iter().all(|scale| scale.is_normal()) {
             return None;
         }
@@ -217,9 +210,7 @@ impl Projection {
         }
         let (q, r) = jacobian.qr().unpack();
         let singular = r.clone().singular_values();
-        // A column that no touch sees is no number by now.
-        if singular.min().partial_cmp(&(RANK_TOLERANCE * singular.max())) != Some(std::cmp::Ordering::Greater)
-        {
+        if singular.min() <= RANK_TOLERANCE * singular.max() {
             return None;
         }
         let mut solution = r.solve_upper_triangular(&q.transpose())?;

@@ -14,7 +14,10 @@ use nalgebra::{Matrix6, Point3, Vector3};
 use rand::RngExt;
 use rayon::prelude::*;
 use thiserror::Error;
-use touchref_core::{Fixture, Frame, Probe, Problem, SolveError, Solver, Touch, TouchError, Trust};
+use touchref_core::{
+    Fixture, Frame, Probe, Problem, SolveError, Solver, Touch, TouchError, Trust,
+    fixture::touches_per_surface,
+};
 
 use crate::{
     linear::{Linear, lever},
@@ -301,6 +304,10 @@ impl Planner<'_> {
         Ok((0..STARTS).map(dealt).collect())
     }
 
+    fn counts(&self, layout: &Layout) -> Vec<usize> {
+        touches_per_surface(self.fixture.surfaces().len(), layout.iter().map(|(surface, _)| *surface))
+    }
+
     fn missing(&self, counts: &[usize]) -> Option<String> {
         self.fixture.requirement().missing(counts, self.fixture.surfaces())
     }
@@ -344,12 +351,8 @@ impl Planner<'_> {
         let mut tried = 0;
         let optimal = designs.iter().map(contacts_of);
         // What is drawn touches as the best of the optima does.
-        let counts_of = |layout: &Layout| {
-            let on = |surface| layout.iter().filter(|(of, _)| *of == surface).count();
-            (0..self.reach.surfaces().len()).map(on).collect::<Vec<usize>>()
-        };
-        let others =
-            std::iter::once_with(|| self.second_choices(&counts_of(&contacts_of(&designs[0])), possible));
+        let counts = || self.counts(&contacts_of(&designs[0]));
+        let others = std::iter::once_with(|| self.second_choices(&counts(), possible));
         for layout in optimal.chain(others.flatten()) {
             match self.judged(layout, possible || !asked) {
                 Ok(plan) => return Ok(plan),
@@ -403,7 +406,7 @@ impl Planner<'_> {
             // That the probe came from outside may be what rules the others out.
             Err(refusal) => {
                 let surfaces = self.fixture.surfaces();
-                let inward = |touch: &Touch| -surfaces[touch.surface].seen_from(&touch.at).normal;
+                let inward = |touch: &Touch| surfaces[touch.surface].approach(&touch.at).into_inner();
                 let told: Vec<Touch> =
                     touches.iter().map(|touch| touch.with_approach(inward(touch))).collect();
                 let told = Problem::new(self.fixture, &told, self.probe)?;
@@ -411,10 +414,7 @@ impl Planner<'_> {
             }
         };
         let linear = Linear::at(&problem, &Frame::identity()).ok_or(PlanError::NoLayout)?;
-        let mut counts = vec![0; self.fixture.surfaces().len()];
-        for (surface, _) in &layout {
-            counts[*surface] += 1;
-        }
+        let counts = self.counts(&layout);
         Ok(Plan {
             uncertainties: worst_case(&linear.covariance(), &Frame::identity(), &self.points),
             redundancy: (0..layout.len()).map(|index| linear.redundancy()[(index, index)]).collect(),

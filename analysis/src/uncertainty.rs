@@ -12,7 +12,7 @@ mod draws;
 
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, Point3, Vector3};
 use thiserror::Error;
-use touchref_core::{Frame, Problem, Unknown, statistics::student_quantile};
+use touchref_core::{Frame, Problem, SigmaSource, Unknown, statistics::student_factor};
 
 pub use self::draws::{Draws, Estimator};
 use crate::linear::{Linear, Observation, lever};
@@ -132,11 +132,17 @@ impl Uncertainty {
         self.variance.sqrt()
     }
 
+    /// Where the sigma of the touches comes from.
+    #[must_use]
+    pub fn sigma_source(&self) -> SigmaSource {
+        if self.degrees_of_freedom.is_some() { SigmaSource::Residuals } else { SigmaSource::Given }
+    }
+
     /// By which a standard uncertainty is multiplied for an interval that covers with this probability, in `(0, 1)`.
     #[must_use]
     pub fn coverage_factor(&self, probability: f64) -> f64 {
         let degrees = self.degrees_of_freedom.map_or(f64::INFINITY, |degrees| degrees as f64);
-        student_quantile(0.5 + 0.5 * probability, degrees)
+        student_factor(probability, degrees)
     }
 
     /// Uncertainty of the place of a point that moves with the fixture, in fixture coordinates.

@@ -9,8 +9,10 @@ use anstream::AutoStream;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use tempfile::NamedTempFile;
+use touchref::io::solution::WarningRecord;
 
 use crate::{
+    args::Format,
     failure::Failure,
     text::{self, Look},
 };
@@ -65,6 +67,20 @@ impl Output {
     /// A result for programs.
     pub(crate) fn json(record: &impl Serialize) -> Self {
         Self::bytes(json(record))
+    }
+
+    /// A result in the form that was asked for. Its warnings are in the record for programs, and for people on standard error.
+    pub(crate) fn in_form<R: Serialize>(
+        format: Format,
+        record: &R,
+        warnings: &[WarningRecord],
+        text: impl FnOnce(&R, Look) -> String,
+    ) -> Self {
+        match format {
+            Format::Json => Self::json(record),
+            Format::Text => Self::bytes(text(record, Look::of(&io::stdout())))
+                .with_notes(warnings.iter().map(|warning| format!("warning: {}", warning.message))),
+        }
     }
 
     /// The same with another exit status than 0.

@@ -5,7 +5,7 @@ use touchref::{
     Extent, Fixture, Frame, Probe, Shape, Solver,
     analysis::planning::{Cone, Criterion, LEAST_REDUNDANCY, Planner, Reach, default_points},
     io::InputError,
-    statistics::normal_quantile,
+    statistics::student_factor,
 };
 
 use clap::ValueEnum;
@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use crate::{
     points::{PointArgs, point},
-    setup::{Setup, name_and_value},
+    setup::{Setup, missing_sigma, name_and_value},
 };
 
 /// Coverage probability of expanded uncertainties.
@@ -21,7 +21,13 @@ const COVERAGE: f64 = 0.95;
 
 /// By which a standard uncertainty is multiplied to be expanded, for a stated sigma.
 pub(crate) fn coverage_factor() -> f64 {
-    normal_quantile(0.5 + 0.5 * COVERAGE)
+    student_factor(COVERAGE, f64::INFINITY)
+}
+
+/// Refuses a target where no sigma is stated to predict by.
+pub(crate) fn can_aim(setup: &Setup) -> Result<(), InputError> {
+    let message = || "no sigma is stated, so no uncertainty can be aimed at".to_owned();
+    setup.measurement.probe.sigma.map_or_else(|| Err(missing_sigma(message())), |_| Ok(()))
 }
 
 /// What may be touched, and where the frame is used.
@@ -184,8 +190,7 @@ impl PlaceRecord {
     ) -> Self {
         let surface = &fixture.surfaces()[surface];
         let tip = surface.tip_center(contact, probe.tip_radius);
-        // Zero, not minus zero.
-        let approach = surface.seen_from(contact).normal.map(|v| 0.0 - v);
+        let approach = surface.approach(contact).into_inner();
         Self {
             surface: surface.name.clone(),
             contact: (*contact).into(),

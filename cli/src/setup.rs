@@ -19,6 +19,9 @@ use crate::failure::{Failure, Refused};
 /// The solver that is taken where it is linked in, and the one taken elsewhere.
 const DEFAULT_SOLVERS: [&str; 2] = ["least-squares", "closed-form"];
 
+/// One frame may take its time: how far it stands is told as far as it does. For [`SolverArgs::build`].
+pub(crate) const FULL_MARGIN: [(&str, &str); 1] = [("margin", "full")];
+
 /// A measurement file, or what would stand in one; arguments take the place of what the file says.
 #[derive(Debug, clap::Args)]
 pub(crate) struct MeasurementArgs {

@@ -3,23 +3,17 @@
 
 mod common;
 
-use std::{fmt::Write as _, fs, path::Path};
+use std::{fmt::Write as _, fs};
 
-use common::{Folder, TABLE, paper};
-use serde_json::Value;
+use common::{Folder, TABLE, number, paper};
 
 /// The worked example.
 fn example() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/calibration.toml");
-    fs::read_to_string(path).unwrap()
+    common::example("calibration.toml")
 }
 
 fn folder() -> Folder {
     Folder::new().with("m.toml", example())
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value}"))
 }
 
 /// Radius 20.0031 and tip 1.4982 were simulated.

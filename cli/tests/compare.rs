@@ -3,18 +3,13 @@
 
 mod common;
 
-use std::{fs, path::Path};
+use std::fs;
 
-use common::Folder;
+use common::{Folder, example};
 use serde_json::{Value, json};
 
 const HERE: &str = "412.6,-188.3,95.2,0.1,0.2,-0.05,0.97";
 const MOVED: &str = "412.65,-188.3,95.2,0.1,0.2,-0.05,0.97";
-
-/// Where the examples lie.
-fn example(name: &str) -> String {
-    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name)).unwrap()
-}
 
 /// Measures three balls at a frame, and keeps the result as `NAME.json`.
 fn measure(folder: &Folder, name: &str, frame: &str, seed: &str, more: &[&str]) -> Value {

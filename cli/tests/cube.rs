@@ -3,15 +3,12 @@
 
 mod common;
 
-use std::{fs, path::Path};
-
 use common::Folder;
 use serde_json::Value;
 
 /// The example that comes with the project.
 fn example() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/cube.toml");
-    fs::read_to_string(path).unwrap()
+    common::example("cube.toml")
 }
 
 /// The example without its touches.

@@ -5,7 +5,7 @@ mod common;
 
 use std::fs;
 
-use common::{Folder, paper, without_touches};
+use common::{Folder, number, paper, without_touches};
 use serde_json::Value;
 
 const CUBE: &str =
@@ -14,10 +14,6 @@ const NEAR: &str = "10,20,30,0,0,1,1";
 
 fn folder() -> Folder {
     Folder::new().with("m.toml", CUBE)
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value}"))
 }
 
 fn triple(value: &Value) -> [f64; 3] {

@@ -3,18 +3,11 @@
 
 mod common;
 
-use std::{fs, path::Path};
-
-use common::{Folder, paper};
+use common::{Folder, number, paper};
 use serde_json::Value;
 
 fn example(name: &str) -> Folder {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name);
-    Folder::new().with("m.toml", fs::read_to_string(path).unwrap())
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+    Folder::new().with("m.toml", common::example(name))
 }
 
 fn text(folder: &Folder, args: &[&str]) -> String {

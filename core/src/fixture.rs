@@ -138,6 +138,16 @@ impl Quantity {
     }
 }
 
+/// How many touches each of so many surfaces has, from the surface of each touch.
+#[must_use]
+pub fn touches_per_surface(surfaces: usize, touched: impl IntoIterator<Item = usize>) -> Vec<usize> {
+    let mut counts = vec![0; surfaces];
+    for surface in touched {
+        counts[surface] += 1;
+    }
+    counts
+}
+
 /// The fewest touches that fix a frame: alternatives, each a count for every surface in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Requirement {

@@ -96,12 +96,7 @@ impl Frame {
     /// rotation vector, along the **parent's** axes.
     #[must_use]
     pub fn error_to(&self, other: &Self) -> Vector6<f64> {
-        let twist = self.twist_to(other);
-        let along_parent = Twist {
-            translation: self.rotation * twist.translation,
-            rotation: self.rotation * twist.rotation,
-        };
-        along_parent.into()
+        self.twist_to(other).turned(&self.rotation).into()
     }
 
     /// This frame as seen from another parent, whose pose is `grandparent`.
@@ -186,6 +181,13 @@ pub struct Twist {
 }
 
 impl Twist {
+    /// The same motion along other axes, about the same origin: `rotation` leads from these axes to those, as a frame's does
+    /// from the fixture's to the parent's.
+    #[must_use]
+    pub fn turned(&self, rotation: &Rotation3<f64>) -> Self {
+        Self { translation: rotation * self.translation, rotation: rotation * self.rotation }
+    }
+
     /// How large the motion is beside something of this size: translation in parts of it, plus rotation in radians.
     #[must_use]
     pub fn extent(&self, size: f64) -> f64 {

@@ -73,11 +73,7 @@ impl Motion {
     /// A motion told along the fixture's axes about its origin.
     #[must_use]
     pub fn of_fixture(fixture: &dyn Fixture, frame: &Frame, twist: &Twist) -> Self {
-        let in_parent = Twist {
-            translation: frame.rotation * twist.translation,
-            rotation: frame.rotation * twist.rotation,
-        };
-        Self { twist: in_parent, about: frame.origin, manner: Manner::of(fixture, twist) }
+        Self { twist: twist.turned(&frame.rotation), about: frame.origin, manner: Manner::of(fixture, twist) }
     }
 
     /// A turn of one surface by itself, before any frame is known: about the line through `point` along `direction`

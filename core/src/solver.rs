@@ -6,7 +6,7 @@ use nalgebra::{Matrix6, Point3, Vector3};
 
 use crate::{
     Fixture, Frame, Freedom, Noise, Observability, Probe, Proximity, Shape, SolveError, Surface, Touch,
-    TouchError,
+    TouchError, fixture::touches_per_surface,
 };
 
 /// A way to find the frame. Object safe.
@@ -197,11 +197,7 @@ impl<'a> Problem<'a> {
     /// How many touches each surface has, in the fixture's order.
     #[must_use]
     pub fn counts(&self) -> Vec<usize> {
-        let mut counts = vec![0; self.fixture.surfaces().len()];
-        for touch in self.touches {
-            counts[touch.surface] += 1;
-        }
-        counts
+        touches_per_surface(self.fixture.surfaces().len(), self.touches.iter().map(|touch| touch.surface))
     }
 
     /// Checks that the touches are enough for the fixture.
@@ -419,6 +415,17 @@ pub enum SigmaSource {
     Given,
     /// The residuals, by their degrees of freedom.
     Residuals,
+}
+
+impl SigmaSource {
+    /// The word that results have for it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Given => "given",
+            Self::Residuals => "residuals",
+        }
+    }
 }
 
 /// How far a touch is from its surface.

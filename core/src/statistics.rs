@@ -129,6 +129,13 @@ pub fn student_quantile(probability: f64, degrees_of_freedom: f64) -> f64 {
     terms.iter().zip(1..).fold(z, |sum, (term, power)| sum + term / degrees_of_freedom.powi(power))
 }
 
+/// By which a standard uncertainty of so many degrees of freedom is multiplied for an interval to either side that covers with
+/// this probability; arguments as of [`student_quantile`].
+#[must_use]
+pub fn student_factor(probability: f64, degrees_of_freedom: f64) -> f64 {
+    student_quantile(0.5 + 0.5 * probability, degrees_of_freedom)
+}
+
 /// A quantile in the lower half of a distribution that is symmetric about zero: Newton's method on the logarithm of the
 /// distribution function, within a bracket.
 fn lower_quantile(

@@ -206,6 +206,13 @@ impl Surface {
         point + self.seen_from(point).normal * tip_radius
     }
 
+    /// The direction of a probe that meets the surface at `point` squarely (fixture coordinates): against the outward normal.
+    #[must_use]
+    pub fn approach(&self, point: &Point3<f64>) -> Unit<Vector3<f64>> {
+        // Zero, not minus zero.
+        Unit::new_unchecked(self.seen_from(point).normal.map(|v| 0.0 - v))
+    }
+
     /// The line about which the surface may spin without being changed: point and direction.
     #[must_use]
     pub fn axis(&self) -> Option<(Point3<f64>, Unit<Vector3<f64>>)> {

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
-use touchref_core::{Calibration, Parameters, Placement, Probe, SigmaSource};
+use touchref_core::{Calibration, Parameters, Placement, Probe};
 
 use crate::{
     FrameRecord, PlacementTouches, Units,
@@ -61,10 +61,6 @@ impl CalibrationRecord {
         placements: &[PlacementTouches],
         calibration: &Calibration,
     ) -> Self {
-        let source = match calibration.sigma_source {
-            SigmaSource::Given => "given",
-            SigmaSource::Residuals => "residuals",
-        };
         let placed = calibration.placements.iter().zip(placements).enumerate();
         Self {
             schema: SCHEMA.to_owned(),
@@ -75,7 +71,7 @@ impl CalibrationRecord {
             covariance: rows(&calibration.covariance),
             correlations: rows(&calibration.correlations()),
             sigma: finite(calibration.sigma),
-            sigma_source: source.to_owned(),
+            sigma_source: calibration.sigma_source.name().to_owned(),
             rms: finite(calibration.rms),
             chi_square: calibration.chi_square.and_then(finite),
             degrees_of_freedom: calibration.degrees_of_freedom,

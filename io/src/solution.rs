@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use touchref_core::{
     Adjustment, Covariance, Iteration, Limit, Literal, Measure, Motion, Noise, Observability, Parameters,
-    Probe, Residual, RootReport, SigmaSource, Solution, Trust, Twist, Value, Warning,
+    Probe, Residual, RootReport, Solution, Trust, Twist, Value, Warning,
 };
 
 use crate::{FrameRecord, TouchRecord, Units};
@@ -299,17 +299,13 @@ pub struct CovarianceRecord {
 
 impl From<&Covariance> for CovarianceRecord {
     fn from(covariance: &Covariance) -> Self {
-        let source = match covariance.sigma_source {
-            SigmaSource::Given => "given",
-            SigmaSource::Residuals => "residuals",
-        };
         Self {
-            matrix: std::array::from_fn(|row| std::array::from_fn(|column| covariance.matrix[(row, column)])),
+            matrix: covariance.matrix.transpose().into(),
             order: ["x", "y", "z", "rx", "ry", "rz"].map(str::to_owned),
             axes: "parent".to_owned(),
             about: "origin".to_owned(),
             sigma: finite(covariance.sigma),
-            sigma_source: source.to_owned(),
+            sigma_source: covariance.sigma_source.name().to_owned(),
         }
     }
 }

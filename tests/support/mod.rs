@@ -6,7 +6,9 @@
 pub mod certify;
 pub mod companion;
 
-use touchref::{Fixture, Parameters, Solver, Value, conformance::Claim};
+use touchref::{
+    Fixture, Frame, Parameters, Problem, Solver, Value, conformance::Claim, solvers::refinement::refine,
+};
 
 /// A built-in fixture, by name, through the registry.
 pub fn fixture(kind: &str, parameters: &Parameters) -> Box<dyn Fixture> {
@@ -16,6 +18,16 @@ pub fn fixture(kind: &str, parameters: &Parameters) -> Box<dyn Fixture> {
 /// `cylinder-plane` of this radius and angle, a pin, the cylinder behind the plane.
 pub fn cylinder_plane(radius: f64, angle_deg: f64) -> Box<dyn Fixture> {
     fixture("cylinder-plane", &Parameters::new().with("radius", radius).with("angle_deg", angle_deg))
+}
+
+/// How many measurements are simulated: as many as the environment's `TRIALS` says, else `few`.
+pub fn trials(few: u64) -> u64 {
+    std::env::var("TRIALS").ok().and_then(|text| text.parse().ok()).unwrap_or(few)
+}
+
+/// The maximum-likelihood frame that `start` leads to.
+pub fn refined(problem: &Problem<'_>, start: &Frame) -> Frame {
+    refine(problem, start).unwrap().unknowns.frame
 }
 
 /// A built-in solver, by name, through the registry.

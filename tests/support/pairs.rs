@@ -14,6 +14,7 @@ use touchref::{
         drift::{Change, Comparison, Located, Scatter},
         simulation::{Layout, generator, random_frame, random_layout, simulate},
     },
+    fixture::touches_per_surface,
     fixtures::{composite, cube, cylinder_plane, three_sphere},
 };
 
@@ -123,10 +124,7 @@ impl Case {
 /// The fixture's own layout, and as many touches again elsewhere: enough that every measurement gives a frame.
 fn doubled(fixture: &dyn Fixture) -> Layout {
     let mut layout = fixture.nominal_layout();
-    let mut counts = vec![0; fixture.surfaces().len()];
-    for (surface, _) in &layout {
-        counts[*surface] += 1;
-    }
+    let counts = touches_per_surface(fixture.surfaces().len(), layout.iter().map(|(surface, _)| *surface));
     layout.extend(random_layout(fixture, &counts, &mut generator(0, 0)));
     layout
 }

@@ -1,7 +1,7 @@
 //! The one touch that helps a measurement most.
 
-use nalgebra::{Point3, Unit, Vector3};
-use touchref_core::{Fixture, Frame, Probe, Problem, RANK_TOLERANCE, RootReport, SolveError, Touch};
+use nalgebra::Point3;
+use touchref_core::{Frame, Problem, RANK_TOLERANCE, RootReport, SolveError, Touch};
 
 use super::{
     PlanError, Planner, Reach,
@@ -51,26 +51,6 @@ pub enum Effect {
     },
     /// It takes part in fixing what is still free.
     Fixes,
-}
-
-impl Next {
-    /// The tip's centre.
-    ///
-    /// # Panics
-    /// When the fixture has no such surface.
-    #[must_use]
-    pub fn tip(&self, fixture: &dyn Fixture, probe: &Probe) -> Point3<f64> {
-        fixture.surfaces()[self.surface].tip_center(&self.contact, probe.tip_radius)
-    }
-
-    /// The direction of the probe's motion.
-    ///
-    /// # Panics
-    /// When the fixture has no such surface.
-    #[must_use]
-    pub fn approach(&self, fixture: &dyn Fixture) -> Unit<Vector3<f64>> {
-        Unit::new_normalize(-fixture.surfaces()[self.surface].seen_from(&self.contact).normal)
-    }
 }
 
 impl Planner<'_> {
@@ -213,7 +193,7 @@ fn apart(views: &[View<'_>], reach: &Reach, site: &Site, strict: bool) -> Option
     let planned = first.scene.touch(site.surface, &site.at);
     let surface = &first.scene.problem.fixture().surfaces()[site.surface];
     let start = first.frame.to_parent(&planned.at);
-    let way = first.frame.rotation * -surface.seen_from(&site.at).normal;
+    let way = first.frame.rotation * surface.approach(&site.at).into_inner();
     let tip_radius = first.scene.problem.probe().tip_radius;
     // How far each frame lets the probe go, how steep it meets the surface, and how sure that is.
     let mut met: Vec<(f64, f64, f64)> = Vec::with_capacity(views.len());

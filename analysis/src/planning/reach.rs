@@ -78,7 +78,7 @@ impl Reach {
     /// Whether the cone lets the probe come to a point of a surface.
     pub(crate) fn approached(&self, surface: usize, point: &Point3<f64>) -> bool {
         self.cone.is_none_or(|cone| {
-            let inward = -self.surfaces[surface].seen_from(point).normal;
+            let inward = self.surfaces[surface].approach(point);
             inward.angle(&cone.along) <= cone.half_angle + ROUNDING
         })
     }

@@ -7,7 +7,9 @@
 
 use nalgebra::{DMatrix, DVector, DVectorView, Matrix3, Matrix3xX, Point3, Vector3};
 use rand::{Rng, RngExt};
-use touchref_core::{Frame, Noise, Probe, Problem, RANK_TOLERANCE, Touch, TouchError};
+use touchref_core::{
+    Frame, Noise, Probe, Problem, RANK_TOLERANCE, Touch, TouchError, fixture::touches_per_surface,
+};
 
 use super::{
     Criterion,
@@ -356,13 +358,8 @@ impl<'a> Scene<'a> {
 
     /// Touches on each surface, those made among them.
     pub(crate) fn counts(&self, sites: &[Site]) -> Vec<usize> {
-        let mut counts = vec![0; self.apart.len()];
-        let touched =
-            sites.iter().map(|site| site.surface).chain(self.made.iter().map(|(surface, _)| *surface));
-        for surface in touched {
-            counts[surface] += 1;
-        }
-        counts
+        let made = self.made.iter().map(|(surface, _)| *surface);
+        touches_per_surface(self.apart.len(), sites.iter().map(|site| site.surface).chain(made))
     }
 
     /// Moves each touch over its surface by ever smaller steps as long as that helps.

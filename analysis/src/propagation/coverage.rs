@@ -1,6 +1,6 @@
 //! Coverage: factors, intervals, and whether one interval is as good as another.
 
-use touchref_core::statistics::{chi_square_level, normal_quantile, student_quantile};
+use touchref_core::statistics::{chi_square_level, normal_quantile, student_factor};
 
 use super::{PropagationError, check_digits, check_probability};
 
@@ -50,7 +50,7 @@ pub fn coverage_factor(probability: f64, degrees_of_freedom: f64) -> Result<f64,
     const ROUNDING: f64 = 1e-8;
     check_probability(probability)?;
     let whole = (degrees_of_freedom * (1.0 + ROUNDING)).floor().max(1.0);
-    Ok(student_quantile(0.5 + 0.5 * probability, whole))
+    Ok(student_factor(probability, whole))
 }
 
 /// Half-axes, in standard uncertainties, of the ellipsoid that holds so many normal quantities together with this

@@ -1,12 +1,11 @@
 //! `compare`: has the fixture moved?
 
 use std::{
-    io,
     num::NonZero,
     path::{Path, PathBuf},
 };
 
-use nalgebra::{Point3, SMatrix};
+use nalgebra::Point3;
 use serde::Serialize;
 use touchref::{
     Covariance, Fixture, Frame, Motion, Probe, Problem, Registry, SigmaSource, Touch, TouchError, Twist,
@@ -29,13 +28,7 @@ use super::{
     history::{self, SelectionArgs},
     reliability::chance,
 };
-use crate::{
-    args::Format,
-    failure::Failure,
-    output::Output,
-    points::PointArgs,
-    text::{self, Look},
-};
+use crate::{args::Format, failure::Failure, output::Output, points::PointArgs, text};
 
 /// Tell whether the fixture has moved between results, by how much, along which motion, and how sure that is
 ///
@@ -211,11 +204,7 @@ impl Args {
         let results: Vec<Dated> =
             records.into_iter().map(|one| Dated::of(one, &*fixture)).collect::<Result<_, _>>()?;
         let record = self.compared(&*fixture, &results)?;
-        let output = match self.format {
-            Format::Json => Output::json(&record),
-            Format::Text => Output::bytes(text::comparison(&record, Look::of(&io::stdout())))
-                .with_notes(record.warnings.iter().map(|warning| format!("warning: {}", warning.message))),
-        };
+        let output = Output::in_form(self.format, &record, &record.warnings, text::comparison);
         Ok(output.with_status(u8::from(record.moved)))
     }
 
@@ -287,7 +276,7 @@ impl Args {
             baseline: BaselineRecord {
                 results: of_baseline.iter().map(|result| result.name.clone()).collect(),
                 frame: FrameRecord::from(&baseline.frame),
-                covariance: rows(&baseline.covariance()),
+                covariance: baseline.covariance().transpose().into(),
                 agreement,
             },
             comparisons,
@@ -351,7 +340,7 @@ impl Args {
             result: result.name.clone(),
             time: result.time.clone(),
             motion: TwistRecord { translation: translation.into(), rotation: rotation.into(), about },
-            covariance: rows(&change.covariance),
+            covariance: change.covariance.transpose().into(),
             words: told.then(|| Motion::of_fixture(fixture, &change.from, &change.screw(alpha)).to_string()),
             shift: change.shift().into(),
             turn_deg: Uncertain { value: turn.value.to_degrees(), u: turn.u.to_degrees() },
@@ -504,10 +493,6 @@ fn alpha_of_each(alpha_of_series: f64, comparisons: usize) -> f64 {
     -((-alpha_of_series).ln_1p() / comparisons as f64).exp_m1()
 }
 
-fn rows<const N: usize>(matrix: &SMatrix<f64, N, N>) -> [[f64; N]; N] {
-    std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
-}
-
 impl SignificanceRecord {
     fn new(significance: Significance, alpha: f64) -> Self {
         Self {
@@ -534,7 +519,7 @@ impl PointRecord {
         Self {
             at: (*point).into(),
             moved: moved.vector.into(),
-            covariance: rows(&moved.covariance),
+            covariance: moved.covariance.transpose().into(),
             distance: moved.length().into(),
         }
     }

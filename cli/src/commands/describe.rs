@@ -1,7 +1,5 @@
 //! `describe`: all that a fixture, a solver, a dialect or a format of logs says of itself.
 
-use std::io;
-
 use nalgebra::Point3;
 use serde::Serialize;
 use touchref::{
@@ -11,13 +9,7 @@ use touchref::{
     parameters::TYPE,
 };
 
-use crate::{
-    args::Format,
-    commands::list::LOG_ORIGIN,
-    failure::Failure,
-    output::Output,
-    text::{self, Look},
-};
+use crate::{args::Format, commands::list::LOG_ORIGIN, failure::Failure, output::Output, text};
 
 /// Tell parameters, surfaces, touches and frame of a fixture, what a solver does, what the numbers of a dialect mean,
 /// or what is read of a log
@@ -146,10 +138,7 @@ impl Args {
                 InputError::unknown("unknown-name", "fixture, solver, dialect or log", &self.name, known);
             return Err(error.with_key("name").into());
         };
-        Ok(match self.format {
-            Format::Json => Output::json(&description),
-            Format::Text => Output::bytes(text::description(&description, Look::of(&io::stdout()))),
-        })
+        Ok(Output::in_form(self.format, &description, &[], text::description))
     }
 }
 

@@ -1,7 +1,5 @@
 //! `gauge`: published worked examples of uncertainty, computed anew.
 
-use std::io;
-
 use serde::Serialize;
 use touchref::{
     analysis::{
@@ -16,7 +14,7 @@ use crate::{
     failure::Failure,
     output::{Output, progress},
     samples::trials,
-    text::{self, Look},
+    text,
 };
 
 /// Compute published worked examples of measurement uncertainty anew, and hold the results against what was published
@@ -101,10 +99,7 @@ impl Args {
         }
         bar.finish_and_clear();
         let record = GaugeRecord::new(settings, records);
-        let output = match self.format {
-            Format::Json => Output::json(&record),
-            Format::Text => Output::bytes(text::gauge(&record, Look::of(&io::stdout()))),
-        };
+        let output = Output::in_form(self.format, &record, &[], text::gauge);
         Ok(output.with_status(record.status()))
     }
 }
@@ -171,6 +166,7 @@ mod tests {
     use touchref::analysis::gauge::Origin;
 
     use super::*;
+    use crate::text::Look;
 
     #[test]
     fn one_figure_that_differs_is_told() {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use touchref::{
     Frame, Problem, Registry, Solution, SolveError, Touch,
     analysis::planning::{Next, Planner, free_motions, worst_case},
+    fixture::touches_per_surface,
     io::{
         ErrorRecord, InputError, SolutionRecord, TouchRecord,
         refusal::ErrorDetails,
@@ -19,8 +20,8 @@ use crate::{
     commands::plan::{NextTouch, PointRecord, nominal_counts},
     failure::Failure,
     output::{Answers, Output},
-    planning::{PlanningArgs, coverage_factor, length},
-    setup::{MeasurementArgs, NearArgs, Setup, SolverArgs, missing_sigma},
+    planning::{PlanningArgs, can_aim, coverage_factor, length},
+    setup::{MeasurementArgs, NearArgs, Setup, SolverArgs},
     text::{self, Look},
 };
 
@@ -137,10 +138,8 @@ impl Args {
         let solver = self.solver.build(registry, &[])?;
         let near = self.near.frame()?;
         let setup = self.measurement.load(registry)?;
-        if self.target.is_some() && setup.measurement.probe.sigma.is_none() {
-            return Err(
-                missing_sigma("no sigma is stated, so no uncertainty can be aimed at".to_owned()).into()
-            );
+        if self.target.is_some() {
+            can_aim(&setup)?;
         }
         let planner = self.planning.planner(&setup, &*solver)?;
         let mut session = Session {
@@ -310,10 +309,8 @@ impl Session<'_> {
     fn answer(&mut self, line: Option<usize>) -> Result<Answer, Failure> {
         let fixture = &*self.setup.fixture;
         let mut answer = Answer { line, ..self.blank() };
-        let mut counts = vec![0; fixture.surfaces().len()];
-        for touch in &self.touches {
-            counts[touch.surface] += 1;
-        }
+        let touched = self.touches.iter().map(|touch| touch.surface);
+        let counts = touches_per_surface(fixture.surfaces().len(), touched);
         answer.missing = fixture.requirement().missing(&counts, fixture.surfaces());
         if answer.missing.is_some() {
             self.still_free(&mut answer, &nominal_counts(self.setup));

@@ -1,16 +1,10 @@
 //! `list`: what there is by name.
 
-use std::io;
-
 use clap::ValueEnum;
 use serde::Serialize;
 use touchref::{Plugin, Registry, io::log};
 
-use crate::{
-    args::Format,
-    output::Output,
-    text::{self, Look},
-};
+use crate::{args::Format, output::Output, text};
 
 /// List the fixtures, solvers, dialects and formats of logs there are
 #[derive(Debug, clap::Args)]
@@ -81,9 +75,6 @@ impl Args {
                 .then(|| registry.dialects().iter().map(|p| Item::of(*p)).collect()),
             logs: wanted(What::Logs).then(|| log::ALL.iter().map(of_log).collect()),
         };
-        match self.format {
-            Format::Json => Output::json(&listing),
-            Format::Text => Output::bytes(text::listing(&listing, Look::of(&io::stdout()))),
-        }
+        Output::in_form(self.format, &listing, &[], text::listing)
     }
 }

@@ -1,6 +1,6 @@
 //! `locate`: from touches to the frame.
 
-use std::{io, path::PathBuf};
+use std::path::PathBuf;
 
 use touchref::{
     Dialect, Literal, Registry, Solution,
@@ -15,12 +15,9 @@ use crate::{
     args::Format,
     failure::Failure,
     output::{Output, json, note},
-    setup::{MeasurementArgs, NearArgs, Setup, SolverArgs},
-    text::{self, Look},
+    setup::{FULL_MARGIN, MeasurementArgs, NearArgs, Setup, SolverArgs},
+    text,
 };
-
-/// One frame may take its time: how far it stands is told as far as it does.
-const TRUST: [(&str, &str); 1] = [("margin", "full")];
 
 /// Find the frame of a fixture from touches on it
 ///
@@ -56,7 +53,7 @@ impl Args {
             Err(error) => Err(error.with_key("dialect")),
         });
         let dialects = found.collect::<Result<Vec<_>, InputError>>()?;
-        let solver = self.solver.build(registry, &TRUST)?;
+        let solver = self.solver.build(registry, &FULL_MARGIN)?;
         let near = self.near.frame()?;
         // A store that cannot be written is better known before the work than after it.
         let store = self.record.as_deref().map(History::append_to).transpose();
@@ -77,11 +74,7 @@ impl Args {
             let origin = Some(record.frame.origin);
             append(store, &self.entry(&setup, history::OK, origin, json(&record)))?;
         }
-        Ok(match self.format {
-            Format::Json => Output::json(&record),
-            Format::Text => Output::bytes(text::solution(&record, Look::of(&io::stdout())))
-                .with_notes(record.warnings.iter().map(|warning| format!("warning: {}", warning.message))),
-        })
+        Ok(Output::in_form(self.format, &record, &record.warnings, text::solution))
     }
 
     fn entry(&self, setup: &Setup, status: &str, origin: Option<[f64; 3]>, json: String) -> Entry {

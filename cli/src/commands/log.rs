@@ -1,6 +1,6 @@
 //! `log`: the points of a machine's log, to say in a measurement which is a touch of what.
 
-use std::{io, path::PathBuf};
+use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::Serialize;
@@ -9,12 +9,7 @@ use touchref::io::{
     log::{self, Column, Columns, Importer, LoggedPoint, MachineLog, Position},
 };
 
-use crate::{
-    args::Format,
-    failure::Failure,
-    output::Output,
-    text::{self, Look},
-};
+use crate::{args::Format, failure::Failure, output::Output, text};
 
 /// List the points of a machine's log by row, name and line
 ///
@@ -124,9 +119,6 @@ impl Args {
                 .map(|(index, point)| PointRecord::new(index, point))
                 .collect(),
         };
-        Ok(match self.format {
-            Format::Json => Output::json(&record),
-            Format::Text => Output::bytes(text::log(&record, Look::of(&io::stdout()))),
-        })
+        Ok(Output::in_form(self.format, &record, &[], text::log))
     }
 }

@@ -1,12 +1,13 @@
 //! `plan`: where to touch.
 
-use std::{io, path::PathBuf};
+use std::path::PathBuf;
 
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::Point3;
 use serde::Serialize;
 use touchref::{
     Frame, Registry, SolveError,
     analysis::planning::{Effect, Next, Plan, PlanError, Planner, Wanted},
+    fixture::touches_per_surface,
     io::{
         InputError,
         solution::{FixtureRecord, ProbeRecord, TrustRecord, WarningRecord},
@@ -19,13 +20,10 @@ use crate::{
     failure::Failure,
     layout::per_surface,
     output::{Output, write_file},
-    planning::{CriterionArg, PlaceRecord, PlanningArgs, coverage_factor, length},
-    setup::{MeasurementArgs, NearArgs, Setup, SolverArgs, missing_sigma},
-    text::{self, Look},
+    planning::{CriterionArg, PlaceRecord, PlanningArgs, can_aim, coverage_factor, length},
+    setup::{FULL_MARGIN, MeasurementArgs, NearArgs, Setup, SolverArgs},
+    text,
 };
-
-/// How far a planned frame would stand is told as far as it does.
-const TRUST: [(&str, &str); 1] = [("margin", "full")];
 
 /// Tell where to touch: the layout that makes the frame surest where it is used, or the touch to make next
 ///
@@ -162,7 +160,7 @@ impl NextTouch {
 
 impl Args {
     pub(crate) fn run(self, registry: &Registry) -> Result<Output, Failure> {
-        let solver = self.solver.build(registry, if self.next { &[] } else { &TRUST })?;
+        let solver = self.solver.build(registry, if self.next { &[] } else { &FULL_MARGIN })?;
         let near = self.near.frame()?;
         let setup = self.measurement.load(registry)?;
         let planner = self.planning.planner(&setup, &*solver)?;
@@ -172,10 +170,7 @@ impl Args {
         let plan = planner.plan(&self.wanted(&setup)?).map_err(Failure::from)?;
         let record = self.record(&setup, &plan, near.as_ref());
         self.write(&setup, &plan, near.as_ref())?;
-        Ok(match self.format {
-            Format::Json => Output::json(&record),
-            Format::Text => Output::bytes(text::plan(&record, Look::of(&io::stdout()))),
-        })
+        Ok(Output::in_form(self.format, &record, &[], text::plan))
     }
 
     fn wanted(&self, setup: &Setup) -> Result<Wanted, InputError> {
@@ -183,11 +178,7 @@ impl Args {
             return Ok(Wanted::Total(usize::from(total)));
         }
         if let Some(target) = self.target {
-            if setup.measurement.probe.sigma.is_none() {
-                return Err(missing_sigma(
-                    "no sigma is stated, so no uncertainty can be aimed at".to_owned(),
-                ));
-            }
+            can_aim(setup)?;
             return Ok(Wanted::Target(target / coverage_factor()));
         }
         let given = per_surface(&self.touches_per_surface, setup)?;
@@ -243,7 +234,7 @@ impl Args {
                 surface: &surface.name,
                 contact: *contact,
                 tip: surface.tip_center(contact, measurement.probe.tip_radius),
-                approach: approach(surface.seen_from(contact).normal),
+                approach: surface.approach(contact),
             }
         };
         let touches: Vec<ToFill<'_>> = plan.layout.iter().map(to_fill).collect();
@@ -273,10 +264,7 @@ impl Args {
             next: NextTouch::new(planner, &next, frames.first(), frames.len()),
             warnings: setup.warnings().iter().map(WarningRecord::from).collect(),
         };
-        Ok(match self.format {
-            Format::Json => Output::json(&record),
-            Format::Text => Output::bytes(text::next(&record, Look::of(&io::stdout()))),
-        })
+        Ok(Output::in_form(self.format, &record, &[], text::next))
     }
 }
 
@@ -305,15 +293,8 @@ fn next(setup: &Setup, planner: &Planner<'_>, near: Option<Frame>) -> Result<(Ne
 
 /// As many touches on each surface as the fixture's own layout has.
 pub(crate) fn nominal_counts(setup: &Setup) -> Vec<usize> {
-    let mut counts = vec![0; setup.fixture.surfaces().len()];
-    for (surface, _) in setup.fixture.nominal_layout() {
-        counts[surface] += 1;
-    }
-    counts
-}
-
-fn approach(normal: Vector3<f64>) -> Unit<Vector3<f64>> {
-    Unit::new_normalize(normal.map(|v| 0.0 - v))
+    let touched = setup.fixture.nominal_layout().into_iter().map(|(surface, _)| surface);
+    touches_per_surface(setup.fixture.surfaces().len(), touched)
 }
 
 impl From<PlanError> for Failure {

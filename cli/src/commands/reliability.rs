@@ -1,7 +1,5 @@
 //! `reliability`: which error of a touch would be noticed, and what one that is not does to the frame.
 
-use std::io;
-
 use nalgebra::{Point3, Vector6};
 use serde::Serialize;
 use touchref::{
@@ -23,7 +21,7 @@ use crate::{
     output::Output,
     points::{InUse, UseArgs},
     setup::missing_sigma,
-    text::{self, Look},
+    text,
 };
 
 /// An observation of which less than this part is checked is weakly checked: most of its error goes into the frame.
@@ -141,11 +139,7 @@ impl Args {
             observations: reliability.observations.iter().map(told).collect(),
             warnings: setup.warnings().iter().map(WarningRecord::from).collect(),
         };
-        Ok(match self.format {
-            Format::Json => Output::json(&record),
-            Format::Text => Output::bytes(text::reliability(&record, Look::of(&io::stdout())))
-                .with_notes(record.warnings.iter().map(|warning| format!("warning: {}", warning.message))),
-        })
+        Ok(Output::in_form(self.format, &record, &record.warnings, text::reliability))
     }
 }
 

@@ -1,6 +1,6 @@
 //! `study`: how often a frame would be right, refused or wrong.
 
-use std::{collections::BTreeMap, io};
+use std::collections::BTreeMap;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use serde::Serialize;
@@ -19,7 +19,7 @@ use crate::{
     layout::{LayoutArgs, LayoutKind},
     output::{Output, progress},
     setup::{MeasurementArgs, Setup, SolverArgs, no_sigma},
-    text::{self, Look},
+    text,
 };
 
 /// True frames have their origin within so many sizes of the fixture from the parent's along each axis. Results do not
@@ -129,10 +129,7 @@ impl Args {
         bar.finish_and_clear();
         let outcome = outcome.map_err(told)?;
         let record = StudyRecord::new(&study, kind, sigma, setup.measurement.units, &outcome);
-        let output = match self.format {
-            Format::Json => Output::json(&record),
-            Format::Text => Output::bytes(text::study(&record, Look::of(&io::stdout()))),
-        };
+        let output = Output::in_form(self.format, &record, &[], text::study);
         Ok(output.with_notes(setup.warnings().iter().map(|warning| format!("warning: {}", warning.message))))
     }
 

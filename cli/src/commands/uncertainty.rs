@@ -1,7 +1,5 @@
 //! `uncertainty`: how sure the frame is where it is used, and where that comes from.
 
-use std::io;
-
 use nalgebra::Point3;
 use serde::Serialize;
 use touchref::{
@@ -27,7 +25,7 @@ use crate::{
     points::{InUse, UseArgs},
     samples::trials,
     setup::{Setup, missing_sigma},
-    text::{self, Look},
+    text,
 };
 
 /// Residuals of fewer degrees of freedom tell a sigma that has no variance of its own: nothing settles.
@@ -187,11 +185,7 @@ impl Args {
             );
             record.warnings.push(WarningRecord { code: "no-monte-carlo".to_owned(), message });
         }
-        Ok(match self.format {
-            Format::Json => Output::json(&record),
-            Format::Text => Output::bytes(text::uncertainty(&record, Look::of(&io::stdout())))
-                .with_notes(record.warnings.iter().map(|warning| format!("warning: {}", warning.message))),
-        })
+        Ok(Output::in_form(self.format, &record, &record.warnings, text::uncertainty))
     }
 
     fn record(
@@ -220,7 +214,7 @@ impl Args {
                 place: at.map(|point| frame.to_parent(point).into()),
                 u: spread.along_axes(),
                 expanded: spread.along_axes().map(|u| factor * u),
-                covariance: std::array::from_fn(|row| std::array::from_fn(|column| spread.0[(row, column)])),
+                covariance: spread.0.transpose().into(),
                 worst: WorstRecord {
                     u,
                     expanded: factor * u,
@@ -241,7 +235,7 @@ impl Args {
             degrees_of_freedom: uncertainty.degrees_of_freedom(),
             coverage_factor: factor,
             sigma: problem.reference_sigma().unwrap_or(uncertainty.sigma_of_residuals()),
-            sigma_source: if problem.reference_sigma().is_some() { "given" } else { "residuals" },
+            sigma_source: uncertainty.sigma_source().name(),
             points: points
                 .iter()
                 .map(|point| {

@@ -9,8 +9,7 @@ use tempfile::TempDir;
 
 /// The paper's measurement, as the README's first command reads it.
 pub(crate) fn paper() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/nederbragt-ravani.toml");
-    fs::read_to_string(path).unwrap()
+    example("nederbragt-ravani.toml")
 }
 
 /// The paper's measurement without its touches.
@@ -28,6 +27,17 @@ plane,2.8250,2.4000,4.0395,x5
 plane,3.9020,5.2000,4.0353,x6
 plane,2.0480,5.2000,4.7853,x7
 ";
+
+/// A number of a result.
+pub(crate) fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+/// An example that users have, by the name of its file.
+pub(crate) fn example(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name);
+    fs::read_to_string(path).unwrap()
+}
 
 /// A folder in which the command runs.
 pub(crate) struct Folder(pub(crate) TempDir);

@@ -134,8 +134,11 @@ impl From<ProbeRecord> for Probe {
 
 impl From<&CovarianceRecord> for Covariance {
     fn from(record: &CovarianceRecord) -> Self {
-        let sigma_source =
-            if record.sigma_source == "residuals" { SigmaSource::Residuals } else { SigmaSource::Given };
+        let sigma_source = if record.sigma_source == SigmaSource::Residuals.name() {
+            SigmaSource::Residuals
+        } else {
+            SigmaSource::Given
+        };
         Self {
             matrix: Matrix6::from_fn(|row, column| record.matrix[row][column]),
             sigma: record.sigma.unwrap_or(f64::NAN),

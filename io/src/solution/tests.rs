@@ -1,5 +1,5 @@
 use nalgebra::{Matrix6, Vector3};
-use touchref_core::{Frame, SecondMinimum};
+use touchref_core::{Frame, SecondMinimum, SigmaSource};
 
 use super::*;
 

@@ -35,6 +35,8 @@ pub(crate) enum Command {
     Log(commands::log::Args),
     Compare(commands::compare::Args),
     History(commands::history::Args),
+    Export(commands::export::Args),
+    Schema(commands::schema::Args),
     Completions(commands::completions::Args),
     Man(commands::man::Args),
 }
@@ -58,6 +60,8 @@ impl Command {
             Self::Log(args) => args.run(),
             Self::Compare(args) => args.run(registry),
             Self::History(args) => args.run(),
+            Self::Export(args) => args.run(registry),
+            Self::Schema(args) => args.run(registry),
             Self::Completions(args) => Ok(args.run()),
             Self::Man(args) => args.run(),
         }

@@ -26,7 +26,7 @@ pub(crate) use guide::answer;
 pub(crate) use history::history;
 pub(crate) use log::log;
 pub(crate) use plan::{next, plan};
-pub(crate) use plugins::{description, listing};
+pub(crate) use plugins::{description, listing, schemas};
 pub(crate) use reliability::reliability;
 pub(crate) use solution::solution;
 pub(crate) use study::study;

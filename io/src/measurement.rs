@@ -11,6 +11,7 @@ use touchref_core::{
 use crate::{Input, InputError, Units, log::LogSource, parameter, source::Source, table::TableReader};
 
 mod file;
+pub(crate) mod schema;
 
 pub(crate) use file::read_units;
 

@@ -24,7 +24,7 @@ BREAKS = [
     ('versionQIF="3.0.0"', 'versionQIF="2.0.0"', "versionQIF"),
     ("FeatureNominalId>", "FeatureNominalIds>", "FeatureNominalId"),
     ("<CommonCoordinateSystemId>", "<CommonCoordinateSystemId>9", "Keyref"),
-    ("<WholePointSetId>", "<WholePointSetId>9", "Keyref"),
+    ("<FeatureItemId>", "<FeatureItemId>9", "Keyref"),
     ("<Compensated>", "<Compensated>perhaps ", "Compensated"),
     ("<XDirection>", "<XDirection>0 ", "XDirection"),
 ]

@@ -190,167 +190,179 @@ fn every_example_is_accepted_by_both() {
     }
 }
 
-/// Documents that are accepted (`true`) or refused by both.
+/// Texts that both accept or both refuse, between what stands before and after each.
+struct Cases {
+    before: &'static str,
+    after: &'static str,
+    accepted: &'static [&'static str],
+    refused: &'static [&'static str],
+}
+
+/// What stands in `fixture = { .. }`.
+const FIXTURES: Cases = Cases {
+    before: "units = \"mm\"\nfixture = {",
+    after: "}",
+    accepted: &[
+        r#"kind = "cube", edge = { value = 50, u = 0.1 }"#,
+        r#"kind = "cylinder-plane", radius = 1"#,
+        r#"kind = "three-sphere", ab = 1, bc = 1, ca = 1, radius = 0.1"#,
+        r#"kind = "three-sphere", ab = 1, bc = 1, ca = 1, radii = [0.1, 0.1, 0.1]"#,
+    ],
+    refused: &[
+        r#"kind = "cubes", edge = 50"#,
+        "edge = 50",
+        r#"kind = "cube""#,
+        r#"kind = "cube", edge = "50""#,
+        r#"kind = "cube", edge = 0"#,
+        r#"kind = "cube", edge = 50, edges = 50"#,
+        r#"kind = "cube", edge = { value = 50 }"#,
+        r#"kind = "cube", edge = { value = 50, u = -0.1 }"#,
+        r#"kind = "cube", edge = { value = 50, u = 0.1, k = 2 }"#,
+        r#"kind = "cube", edge = [50]"#,
+        r#"kind = "cylinder-plane", radius = 1, angle_deg = 90"#,
+        r#"kind = "cylinder-plane", radius = 1, bore = "true""#,
+        r#"kind = "cylinder-plane", radius = 1, cylinder_side = "beside""#,
+        r#"kind = "three-sphere", ab = 1, bc = 1, ca = 1"#,
+        r#"kind = "three-sphere", ab = 1, bc = 1, ca = 1, radius = 0.1, radii = [0.1, 0.1, 0.1]"#,
+        r#"kind = "three-sphere", ab = 1, bc = 1, ca = 1, radii = [0.1, 0.1]"#,
+        r#"kind = "composite", surface = []"#,
+    ],
+};
+
+/// What stands in a surface of a composite.
+const SURFACES: Cases = Cases {
+    before: "units = \"mm\"\nfixture = { kind = \"composite\", size = 1, surface = [{ name = \"s\", ",
+    after: "}] }",
+    accepted: &[
+        r#"type = "plane", point = [0, 0, 0], normal = [0, 0, 1]"#,
+        r#"type = "sphere", center = [0, 0, 0], radius = 1, toward = [1, 0, 0]"#,
+    ],
+    refused: &[
+        "point = [0, 0, 0], normal = [0, 0, 1]",
+        r#"type = "torus", point = [0, 0, 0], normal = [0, 0, 1]"#,
+        r#"type = "plane", point = [0, 0], normal = [0, 0, 1]"#,
+        r#"type = "plane", point = [0, 0, 0], normal = [0, 0.0, 0]"#,
+        r#"type = "plane", point = [0, 0, 0], axis = [0, 0, 1]"#,
+        r#"type = "plane", point = [0, 0, 0], normal = [0, 0, 1], "" = 1"#,
+        r#"type = "cylinder", point = [0, 0, 0], axis = [0, 0, 1], radius = 1, from = { value = 0, u = 0.1 }"#,
+    ],
+};
+
+/// What stands in `probe = { .. }`.
+const PROBES: Cases = Cases {
+    before: "units = \"mm\"\nfixture = { kind = \"cube\", edge = 50 }\nprobe = {",
+    after: "}",
+    accepted: &["", "tip_radius = 0, sigma = 0.1", "tip_radius = { value = 1, u = 0 }"],
+    refused: &["tip_radius = -1", "sigma = 0", "sigma = { value = 1, u = 0 }", "radius = 1"],
+};
+
+/// What stands in a touch.
+const TOUCHES: Cases = Cases {
+    before: "units = \"mm\"\nfixture = { kind = \"cube\", edge = 50 }\ntouch = [{",
+    after: "}]",
+    accepted: &[
+        r#"surface = "+x", at = [1, 2, 3], id = "7", sigma = 0.1, approach = [1, 0, 0]"#,
+        r#"surface = "+x", at = [1, 2, 3], covariance = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"#,
+    ],
+    refused: &[
+        r#"surface = "+x""#,
+        "at = [1, 2, 3]",
+        r#"surface = "+x", at = "?""#,
+        r#"surface = "+x", at = [1, 2]"#,
+        r#"surface = "+x", at = [1, 2, "3"]"#,
+        "surface = 1, at = [1, 2, 3]",
+        r#"surface = "+x", at = [1, 2, 3], id = 7"#,
+        r#"surface = "+x", at = [1, 2, 3], approach = [0, 0, 0]"#,
+        r#"surface = "+x", at = [1, 2, 3], covariance = [[1, 0, 0], [0, 1, 0]]"#,
+        r#"surface = "+x", at = [1, 2, 3], sigma = 1, covariance = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"#,
+    ],
+};
+
+/// What stands in a placement.
+const PLACEMENTS: Cases = Cases {
+    before: "units = \"mm\"\nfixture = { kind = \"cube\", edge = 50 }\nplacement = [{",
+    after: "}]",
+    accepted: &[r#"touches = "t.csv""#],
+    refused: &[
+        r#"name = "n""#,
+        "touch = []",
+        r#"touches = "t.csv", touch = [{ surface = "+x", at = [1, 2, 3] }]"#,
+    ],
+};
+
+/// What stands in `log = { .. }` beside `file`.
+const LOGS: Cases = Cases {
+    before: "units = \"mm\"\nfixture = { kind = \"cube\", edge = 50 }\nlog = { file = \"f\", ",
+    after: "}",
+    accepted: &[
+        r#"format = "grbl", touch = [{ surface = "+x", rows = "1-4, 7" }]"#,
+        r#"format = "grbl", touch = [{ surface = "+x", points = ["p"] }], ignore = { rows = "9" }"#,
+        r#"format = "csv", columns = { at = [1, 2, 3] }, touch = [{ surface = "+x", rows = "1" }]"#,
+        r#"format = "dmis", base = "B", tool = 2, units = "in", touch = [{ surface = "+x", rows = "1" }]"#,
+        r#"format = "dmis", compensated = true, touch = [{ surface = "+x", rows = "1" }]"#,
+    ],
+    refused: &[
+        r#"format = "grbl", touch = []"#,
+        r#"format = "grbl""#,
+        r#"touch = [{ surface = "+x", rows = "1" }]"#,
+        r#"format = "grbr", touch = [{ surface = "+x", rows = "1" }]"#,
+        r#"format = "grbl", touch = [{ rows = "1" }]"#,
+        r#"format = "grbl", touch = [{ surface = "+x" }]"#,
+        r#"format = "grbl", touch = [{ surface = "+x", points = [] }]"#,
+        r#"format = "grbl", touch = [{ surface = "+x", rows = "one" }]"#,
+        r#"format = "grbl", touch = [{ surface = "+x", rows = 1 }]"#,
+        r#"format = "grbl", touch = [{ surface = "+x", rows = "1" }], ignore = {}"#,
+        r#"format = "grbl", columns = { at = [1, 2, 3] }, touch = [{ surface = "+x", rows = "1" }]"#,
+        r#"format = "csv", touch = [{ surface = "+x", rows = "1" }]"#,
+        r#"format = "csv", columns = { at = [0, 2, 3] }, touch = [{ surface = "+x", rows = "1" }]"#,
+        r#"format = "csv", columns = { at = [1, 2, "Z"] }, touch = [{ surface = "+x", rows = "1" }]"#,
+        r#"format = "dmis", base = 2, tool = " ", touch = [{ surface = "+x", rows = "1" }]"#,
+        r#"format = "dmis", base = -1, touch = [{ surface = "+x", rows = "1" }]"#,
+        r#"format = "dmis", compensated = 1, touch = [{ surface = "+x", rows = "1" }]"#,
+    ],
+};
+
+/// What stands beside units and a cube.
+const WHOLE: Cases = Cases {
+    before: "units = \"mm\"\nfixture = { kind = \"cube\", edge = 50 }\n",
+    after: "",
+    accepted: &["", "touch = []", r#"touches = "t.csv""#, r#"touch = [{ surface = "+x", at = [1, 2, 3] }]"#],
+    refused: &[
+        r#"unit = "mm""#,
+        r#"touch = { surface = "+x", at = [1, 2, 3] }"#,
+        r#"touches = ["t.csv"]"#,
+        "placement = []",
+        "touch = [{ surface = \"+x\", at = [1, 2, 3] }]\ntouches = \"t.csv\"",
+        "touch = [{ surface = \"+x\", at = [1, 2, 3] }]\nplacement = [{ touches = \"t.csv\" }]",
+    ],
+};
+
+/// Whole documents that are none.
+const NONE: Cases = Cases {
+    before: "",
+    after: "",
+    accepted: &[],
+    refused: &[
+        "",
+        "units = \"mm\"",
+        "fixture = { kind = \"cube\", edge = 50 }",
+        "units = \"cm\"\nfixture = { kind = \"cube\", edge = 50 }",
+        "units = 1\nfixture = { kind = \"cube\", edge = 50 }",
+        "units = \"mm\"\nfixture = \"cube\"",
+    ],
+};
+
 #[test]
 fn both_say_what_is_expected() {
-    const START: &str = "units = \"mm\"\n";
-    const CUBE: &str = "fixture = { kind = \"cube\", edge = 50 }\n";
-    const TOUCH: &str = "touch = [{ surface = \"+x\", at = [1, 2, 3] }]\n";
-    let with = |text: &str| format!("{START}{CUBE}{text}");
-    let probe = |text: &str| with(&format!("probe = {{ {text} }}"));
-    let touch = |text: &str| with(&format!("touch = [{{ {text} }}]"));
-    let fixture = |text: &str| format!("{START}fixture = {{ {text} }}");
-    let log = |text: &str| with(&format!("log = {{ file = \"f\", {text} }}"));
-    let surface = |text: &str| {
-        fixture(&format!("kind = \"composite\", size = 1, surface = [{{ name = \"s\", {text} }}]"))
-    };
-    let placement = |text: &str| with(&format!("placement = [{{ {text} }}]"));
-    let cases = [
-        (with(""), true),
-        (CUBE.to_owned(), false),
-        (START.to_owned(), false),
-        (with("unit = \"mm\""), false),
-        (format!("units = \"cm\"\n{CUBE}"), false),
-        (format!("units = 1\n{CUBE}"), false),
-        (format!("{START}fixture = \"cube\""), false),
-        // The fixture's parameters.
-        (fixture("kind = \"cubes\", edge = 50"), false),
-        (fixture("edge = 50"), false),
-        (fixture("kind = \"cube\""), false),
-        (fixture("kind = \"cube\", edge = \"50\""), false),
-        (fixture("kind = \"cube\", edge = 0"), false),
-        (fixture("kind = \"cube\", edge = 50, edges = 50"), false),
-        (fixture("kind = \"cube\", edge = { value = 50, u = 0.1 }"), true),
-        (fixture("kind = \"cube\", edge = { value = 50 }"), false),
-        (fixture("kind = \"cube\", edge = { value = 50, u = -0.1 }"), false),
-        (fixture("kind = \"cube\", edge = { value = 50, u = 0.1, k = 2 }"), false),
-        (fixture("kind = \"cube\", edge = [50]"), false),
-        (fixture("kind = \"cylinder-plane\", radius = 1"), true),
-        (fixture("kind = \"cylinder-plane\", radius = 1, angle_deg = 90"), false),
-        (fixture("kind = \"cylinder-plane\", radius = 1, bore = \"true\""), false),
-        (fixture("kind = \"cylinder-plane\", radius = 1, cylinder_side = \"beside\""), false),
-        (fixture("kind = \"three-sphere\", ab = 1, bc = 1, ca = 1"), false),
-        (fixture("kind = \"three-sphere\", ab = 1, bc = 1, ca = 1, radius = 0.1"), true),
-        (fixture("kind = \"three-sphere\", ab = 1, bc = 1, ca = 1, radii = [0.1, 0.1, 0.1]"), true),
-        (
-            fixture("kind = \"three-sphere\", ab = 1, bc = 1, ca = 1, radius = 0.1, radii = [0.1, 0.1, 0.1]"),
-            false,
-        ),
-        (fixture("kind = \"three-sphere\", ab = 1, bc = 1, ca = 1, radii = [0.1, 0.1]"), false),
-        (fixture("kind = \"composite\", surface = []"), false),
-        (surface("type = \"plane\", point = [0, 0, 0], normal = [0, 0, 1]"), true),
-        (surface("point = [0, 0, 0], normal = [0, 0, 1]"), false),
-        (surface("type = \"torus\", point = [0, 0, 0], normal = [0, 0, 1]"), false),
-        (surface("type = \"plane\", point = [0, 0], normal = [0, 0, 1]"), false),
-        (surface("type = \"plane\", point = [0, 0, 0], normal = [0, 0.0, 0]"), false),
-        (surface("type = \"plane\", point = [0, 0, 0], axis = [0, 0, 1]"), false),
-        (surface("type = \"sphere\", center = [0, 0, 0], radius = 1, toward = [1, 0, 0]"), true),
-        (
-            surface(
-                "type = \"cylinder\", point = [0, 0, 0], axis = [0, 0, 1], radius = 1, from = { value = 0, u = 0.1 }",
-            ),
-            false,
-        ),
-        // The probe.
-        (probe(""), true),
-        (probe("tip_radius = 0, sigma = 0.1"), true),
-        (probe("tip_radius = -1"), false),
-        (probe("tip_radius = { value = 1, u = 0 }"), true),
-        (probe("sigma = 0"), false),
-        (probe("sigma = { value = 1, u = 0 }"), false),
-        (probe("radius = 1"), false),
-        // The touches.
-        (with(TOUCH), true),
-        (with("touch = []"), true),
-        (with("touch = { surface = \"+x\", at = [1, 2, 3] }"), false),
-        (with("touches = \"t.csv\""), true),
-        (with("touches = [\"t.csv\"]"), false),
-        (with(&format!("{TOUCH}touches = \"t.csv\"")), false),
-        (touch("surface = \"+x\""), false),
-        (touch("at = [1, 2, 3]"), false),
-        (touch("surface = \"+x\", at = \"?\""), false),
-        (touch("surface = \"+x\", at = [1, 2]"), false),
-        (touch("surface = \"+x\", at = [1, 2, \"3\"]"), false),
-        (touch("surface = 1, at = [1, 2, 3]"), false),
-        (touch("surface = \"+x\", at = [1, 2, 3], id = 7"), false),
-        (touch("surface = \"+x\", at = [1, 2, 3], id = \"7\", sigma = 0.1, approach = [1, 0, 0]"), true),
-        (touch("surface = \"+x\", at = [1, 2, 3], approach = [0, 0, 0]"), false),
-        (touch("surface = \"+x\", at = [1, 2, 3], covariance = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]"), true),
-        (touch("surface = \"+x\", at = [1, 2, 3], covariance = [[1, 0, 0], [0, 1, 0]]"), false),
-        (
-            touch(
-                "surface = \"+x\", at = [1, 2, 3], sigma = 1, covariance = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
-            ),
-            false,
-        ),
-        // Placements.
-        (with("placement = []"), false),
-        (placement("touches = \"t.csv\""), true),
-        (placement("name = \"n\""), false),
-        (placement("touch = []"), false),
-        (placement(&format!("touches = \"t.csv\", {}", TOUCH.trim_end())), false),
-        (with(&format!("{TOUCH}placement = [{{ touches = \"t.csv\" }}]")), false),
-        // Logs.
-        (log("format = \"grbl\", touch = [{ surface = \"+x\", rows = \"1-4, 7\" }]"), true),
-        (
-            log(
-                "format = \"grbl\", touch = [{ surface = \"+x\", points = [\"p\"] }], ignore = { rows = \"9\" }",
-            ),
-            true,
-        ),
-        (log("format = \"grbl\", touch = []"), false),
-        (log("format = \"grbl\""), false),
-        (log("touch = [{ surface = \"+x\", rows = \"1\" }]"), false),
-        (log("format = \"grbr\", touch = [{ surface = \"+x\", rows = \"1\" }]"), false),
-        (log("format = \"grbl\", touch = [{ rows = \"1\" }]"), false),
-        (log("format = \"grbl\", touch = [{ surface = \"+x\" }]"), false),
-        (log("format = \"grbl\", touch = [{ surface = \"+x\", points = [] }]"), false),
-        (log("format = \"grbl\", touch = [{ surface = \"+x\", rows = \"one\" }]"), false),
-        (log("format = \"grbl\", touch = [{ surface = \"+x\", rows = 1 }]"), false),
-        (log("format = \"grbl\", touch = [{ surface = \"+x\", rows = \"1\" }], ignore = {}"), false),
-        (
-            log(
-                "format = \"grbl\", columns = { at = [1, 2, 3] }, touch = [{ surface = \"+x\", rows = \"1\" }]",
-            ),
-            false,
-        ),
-        (
-            log(
-                "format = \"csv\", columns = { at = [1, 2, 3] }, touch = [{ surface = \"+x\", rows = \"1\" }]",
-            ),
-            true,
-        ),
-        (log("format = \"csv\", touch = [{ surface = \"+x\", rows = \"1\" }]"), false),
-        (
-            log(
-                "format = \"csv\", columns = { at = [0, 2, 3] }, touch = [{ surface = \"+x\", rows = \"1\" }]",
-            ),
-            false,
-        ),
-        (
-            log(
-                "format = \"csv\", columns = { at = [1, 2, \"Z\"] }, touch = [{ surface = \"+x\", rows = \"1\" }]",
-            ),
-            false,
-        ),
-        (
-            log("format = \"dmis\", base = 2, tool = \" \", touch = [{ surface = \"+x\", rows = \"1\" }]"),
-            false,
-        ),
-        (log("format = \"dmis\", base = -1, touch = [{ surface = \"+x\", rows = \"1\" }]"), false),
-        (
-            log(
-                "format = \"dmis\", base = \"B\", tool = 2, compensated = true, units = \"in\", touch = [{ surface = \"+x\", rows = \"1\" }]",
-            ),
-            true,
-        ),
-        (log("format = \"dmis\", compensated = 1, touch = [{ surface = \"+x\", rows = \"1\" }]"), false),
-    ];
     let both = Both::new();
-    for (text, expected) in cases {
-        assert_eq!(both.accept(&toml(&text)), expected, "{text}");
+    for cases in [FIXTURES, SURFACES, PROBES, TOUCHES, PLACEMENTS, LOGS, WHOLE, NONE] {
+        let Cases { before, after, accepted, refused } = cases;
+        let of = |texts: &'static [&'static str], expected| texts.iter().map(move |text| (text, expected));
+        for (text, expected) in of(accepted, true).chain(of(refused, false)) {
+            assert_eq!(both.accept(&toml(&format!("{before}{text}{after}"))), expected, "{text}");
+        }
     }
-    for document in [json!(null), json!([]), json!("units"), json!({})] {
+    for document in [json!(null), json!([]), json!("units")] {
         assert!(!both.accept(&document));
     }
 }

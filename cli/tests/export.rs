@@ -16,8 +16,11 @@ use serde_json::Value;
 
 const NAMESPACE: &str = "http://qifstandards.org/xsd/qif3";
 
-/// Which elements an element has, in this order, and how often at least and at most. Elements that are not here have none.
-const RULES: &[(&str, &[(&str, usize, usize)])] = &[
+/// An element, and how often it stands at least and at most.
+type Rule = (&'static str, usize, usize);
+
+/// Which elements an element has, in this order. Elements that are not here have none.
+const RULES: &[(&str, &[Rule])] = &[
     (
         "QIFDocument",
         &[
@@ -113,15 +116,13 @@ const RULES: &[(&str, &[(&str, usize, usize)])] = &[
     ("AttributeUser", &[("UserDataXML", 1, 1)]),
 ];
 const MANY: usize = usize::MAX;
-const UNIT: &[(&str, usize, usize)] = &[("SIUnitName", 0, 1), ("UnitName", 1, 1), ("UnitConversion", 0, 1)];
-const ITEM: &[(&str, usize, usize)] = &[
+const UNIT: &[Rule] = &[("SIUnitName", 0, 1), ("UnitName", 1, 1), ("UnitConversion", 0, 1)];
+const ITEM: &[Rule] = &[
     ("FeatureNominalId", 1, 1),
     ("FeatureName", 1, 1),
     ("CoordinateSystemId", 0, 1),
     ("DeterminationMode", 1, 1),
 ];
-
-type Rule = (&'static str, usize, usize);
 
 const fn measured(geometry: [Rule; 2]) -> [Rule; 7] {
     [
@@ -313,7 +314,7 @@ fn exported(folder: &Folder, located: &Value) -> String {
         // The quaternion is what counts; the axes printed beside it round otherwise.
         assert!(dot(off, off).sqrt() < ROTATION, "{element}: {off:?}");
     }
-    assert_eq!(vector(text(transform, "Origin")), frame("origin"));
+    assert_eq!(serde_json::json!(vector(text(transform, "Origin"))), located["frame"]["origin"]);
 
     let mut told = 0;
     for set in elements(&document).filter(|node| name(*node) == "MeasuredPointSet") {
@@ -460,7 +461,7 @@ fn uncertainties_are_those_of_the_covariance() {
     assert_eq!(attributes, BTreeMap::from(expected));
     for (i, row) in children(own).into_iter().enumerate() {
         for (j, told) in numbers(row.text().unwrap()).into_iter().enumerate() {
-            assert_eq!(covariance(i, j), told);
+            assert_eq!(located["covariance"]["matrix"][i][j], told);
         }
     }
 }

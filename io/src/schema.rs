@@ -50,23 +50,27 @@ pub(crate) fn titled(form: &str, mut schema: Schema) -> Value {
 }
 
 /// Of the name of a unit of length.
+#[must_use]
 pub fn units(_: &mut SchemaGenerator) -> Schema {
     json_schema!({ "enum": Units::ALL.map(Units::name) })
 }
 
 /// Of the name of a unit of length, or `null`.
+#[must_use]
 pub fn units_or_null(_: &mut SchemaGenerator) -> Schema {
     let names = Units::ALL.map(|units| Value::from(units.name()));
     json_schema!({ "enum": names.into_iter().chain([Value::Null]).collect::<Vec<_>>() })
 }
 
 /// Of where a standard deviation comes from.
+#[must_use]
 pub fn sigma_source(_: &mut SchemaGenerator) -> Schema {
     let sources = [SigmaSource::Given, SigmaSource::Residuals];
     json_schema!({ "enum": sources.map(SigmaSource::name) })
 }
 
 /// Of the parameters of a plugin, by name: which there are is told by `touchref describe`.
+#[must_use]
 pub fn parameters(_: &mut SchemaGenerator) -> Schema {
     json_schema!({
         "type": "object",

@@ -86,12 +86,10 @@ impl Args {
         let Some(name) = &self.name else {
             return Ok(Output::bytes(text::schemas(ALL, Look::of(&io::stdout()))));
         };
-        match ALL.iter().find(|entry| entry.name == name) {
-            Some(entry) => Ok(Output::bytes(json(&(entry.schema)(registry)))),
-            None => {
-                let known = ALL.iter().map(|entry| entry.name);
-                Err(InputError::unknown("unknown-name", "schema", name, known).with_key("name").into())
-            }
-        }
+        let Some(entry) = ALL.iter().find(|entry| entry.name == name) else {
+            let known = ALL.iter().map(|entry| entry.name);
+            return Err(InputError::unknown("unknown-name", "schema", name, known).with_key("name").into());
+        };
+        Ok(Output::bytes(json(&(entry.schema)(registry))))
     }
 }

@@ -402,7 +402,7 @@ impl Common<'_> {
     fn document(&self, features: &[Feature<'_>], most: usize) -> Element {
         let parts = [
             Element::text("QPId", self.uuid("document")),
-            self.header(),
+            Self::header(),
             self.software(),
             self.algorithm(),
             self.file_units(),
@@ -423,7 +423,7 @@ impl Common<'_> {
             .with("idMax", most)
     }
 
-    fn header(&self) -> Element {
+    fn header() -> Element {
         let application = Element::of("Application", [Element::text("Name", format!("touchref {VERSION}"))]);
         Element::of("Header", [application, Element::text("Description", DESCRIPTION)])
     }

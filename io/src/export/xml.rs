@@ -31,11 +31,13 @@ impl Element {
     }
 
     /// An element with text.
+    #[expect(clippy::needless_pass_by_value, reason = "numbers, words and texts are told alike")]
     pub(super) fn text(name: impl Into<Cow<'static, str>>, text: impl ToString) -> Self {
         Self { text: Some(legal(&text.to_string())), ..Self::of(name, []) }
     }
 
     /// Adds an attribute.
+    #[expect(clippy::needless_pass_by_value, reason = "numbers, words and texts are told alike")]
     pub(super) fn with(mut self, name: &'static str, value: impl ToString) -> Self {
         self.attributes.push((name, legal(&value.to_string())));
         self

@@ -282,15 +282,17 @@ fn table(key: &str, word: &str, description: &str, parameters: &[ParameterSpec])
 
 fn parameter(spec: &ParameterSpec) -> Value {
     let mut parameter = value(spec.kind);
-    let mut description = format!("{}; {}", spec.meaning, spec.kind);
-    if let Some(default) = spec.default {
-        match parse(spec.kind, default).filter(|_| spec.replaces().is_none() && !spec.is_derived()) {
-            Some(value) => parameter["default"] = solution::parameter(&value),
-            None if spec.is_derived() => description += &format!("; left out: {default}"),
-            None => description += &format!("; {default}"),
-        }
+    let stands_for_itself = spec.replaces().is_none() && !spec.is_derived();
+    let default = spec.default.and_then(|text| parse(spec.kind, text)).filter(|_| stands_for_itself);
+    let otherwise = match spec.default {
+        Some(told) if spec.is_derived() => format!("; left out: {told}"),
+        Some(told) if default.is_none() => format!("; {told}"),
+        _ => String::new(),
+    };
+    if let Some(default) = default {
+        parameter["default"] = solution::parameter(&default);
     }
-    parameter["description"] = description.into();
+    parameter["description"] = format!("{}; {}{otherwise}", spec.meaning, spec.kind).into();
     parameter
 }
 

@@ -5,7 +5,11 @@ use std::ffi::OsString;
 use clap::{Parser, Subcommand, ValueEnum};
 use touchref::Registry;
 
-use crate::{commands, failure::Failure, output::Output};
+use crate::{
+    commands,
+    failure::Failure,
+    output::{Output, Verbosity},
+};
 
 /// From labelled probe touches on a reference fixture to its frame, with its uncertainty.
 ///
@@ -16,6 +20,23 @@ use crate::{commands, failure::Failure, output::Output};
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
+    /// Print nothing on standard error but errors: no warnings, no progress
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Tell on standard error how a frame was found: every start, minimum and step
+    #[arg(short, long, global = true)]
+    verbose: bool,
+}
+
+impl Cli {
+    /// What is wanted on standard error besides errors.
+    pub(crate) fn verbosity(&self) -> Verbosity {
+        match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (_, true) => Verbosity::Verbose,
+            _ => Verbosity::Normal,
+        }
+    }
 }
 
 #[derive(Debug, Subcommand)]

@@ -36,7 +36,8 @@ pub use registry::{
     SolverPlugin,
 };
 pub use solver::{
-    Adjustment, Contact, Covariance, Iteration, Limit, Measure, Problem, Residual, RootReport, SecondMinimum,
+    Adjustment, Contact, Covariance, Iteration, Limit, Measure, MinimumReport, Problem, Residual, RootReport, SearchReport,
+    SecondMinimum,
     SigmaSource, Solution, Solver, Trust, Warning,
 };
 pub use surface::{Extent, Proximity, Shape, Surface};

@@ -15,7 +15,7 @@ use touchref::{
 use crate::{
     args::Format,
     failure::{Failure, Uncalibrated},
-    output::{Output, json, write_file},
+    output::{Output, json, working, write_file},
     setup::{MeasurementArgs, Setup},
     text::{self, Look},
 };
@@ -54,8 +54,10 @@ impl Args {
             .collect::<Result<Vec<_>, _>>()
             .map_err(InputError::from)?;
         let plugin = setup.measurement.plugin(registry)?;
-        let calibration = calibrate(plugin, &problems, &unknowns)
-            .map_err(|error| refused(error, &setup, placements.clone()))?;
+        let working = working("fitting all placements");
+        let calibration = calibrate(plugin, &problems, &unknowns);
+        drop(working);
+        let calibration = calibration.map_err(|error| refused(error, &setup, placements.clone()))?;
         let fixture = (setup.fixture.kind(), setup.fixture.parameters());
         let record =
             CalibrationRecord::new(fixture, (setup.measurement.units, &probe), &placements, &calibration);

@@ -97,7 +97,7 @@ impl Args {
             records.push(ExampleRecord::new(example, figures));
             bar.inc(1);
         }
-        bar.finish_and_clear();
+        drop(bar);
         let record = GaugeRecord::new(settings, records);
         let output = Output::in_form(self.format, &record, &[], text::gauge);
         Ok(output.with_status(record.status()))

@@ -7,14 +7,15 @@ use touchref::{
     io::{
         InputError, SolutionRecord, dialect,
         history::{self, Entry, History},
-        solution::WarningRecord,
+        solution::{StepRecord, WarningRecord},
     },
+    solvers::refinement::Progress,
 };
 
 use crate::{
     args::Format,
     failure::Failure,
-    output::{Output, json, note},
+    output::{Output, Verbosity, json, note, verbosity},
     setup::{FULL_MARGIN, MeasurementArgs, NearArgs, Setup, SolverArgs},
     text,
 };
@@ -107,10 +108,25 @@ fn record(
 ) -> Result<SolutionRecord, Failure> {
     let mut record = SolutionRecord::new(&setup.context()?, solution);
     record.warnings.extend(setup.warnings().iter().map(WarningRecord::from));
+    if let (Verbosity::Verbose, Some(iteration)) = (verbosity(), &mut record.iteration) {
+        iteration.history = Some(setup.history(solution)?.iter().map(step).collect());
+    }
     let touched: Vec<_> = setup.touches()?.touches.iter().map(|touch| touch.at).collect();
     for (name, dialect) in dialects {
         let units = setup.measurement.units;
         record.tell(name, &Literal::new(name, &**dialect, &solution.frame, units, &touched)?);
     }
     Ok(record)
+}
+
+fn step(progress: &Progress) -> StepRecord {
+    let Progress { chi_square, gradient, step, damping, taken } = *progress;
+    let number = |value: f64| Some(value).filter(|value| value.is_finite());
+    StepRecord {
+        chi_square: number(chi_square),
+        gradient: number(gradient),
+        step: number(step),
+        damping: number(damping),
+        taken,
+    }
 }

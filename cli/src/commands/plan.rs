@@ -19,7 +19,7 @@ use crate::{
     args::Format,
     failure::Failure,
     layout::per_surface,
-    output::{Output, write_file},
+    output::{Output, working, write_file},
     planning::{CriterionArg, PlaceRecord, PlanningArgs, can_aim, coverage_factor, length},
     setup::{FULL_MARGIN, MeasurementArgs, NearArgs, Setup, SolverArgs},
     text,
@@ -167,10 +167,14 @@ impl Args {
         if self.next {
             return self.next(&setup, &planner, near);
         }
-        let plan = planner.plan(&self.wanted(&setup)?).map_err(Failure::from)?;
+        let wanted = self.wanted(&setup)?;
+        let working = working("looking for the best layout");
+        let plan = planner.plan(&wanted);
+        drop(working);
+        let plan = plan.map_err(Failure::from)?;
         let record = self.record(&setup, &plan, near.as_ref());
         self.write(&setup, &plan, near.as_ref())?;
-        Ok(Output::in_form(self.format, &record, &[], text::plan))
+        Ok(Output::in_form(self.format, &record, &record.warnings, text::plan))
     }
 
     fn wanted(&self, setup: &Setup) -> Result<Wanted, InputError> {
@@ -256,7 +260,10 @@ impl Args {
     }
 
     fn next(&self, setup: &Setup, planner: &Planner<'_>, near: Option<Frame>) -> Result<Output, Failure> {
-        let (next, frames) = next(setup, planner, near)?;
+        let working = working("looking for the best touch");
+        let found = next(setup, planner, near);
+        drop(working);
+        let (next, frames) = found?;
         let record = NextRecord {
             schema: "touchref.plan/1",
             fixture: FixtureRecord::new(setup.fixture.kind(), setup.fixture.parameters()),
@@ -264,7 +271,7 @@ impl Args {
             next: NextTouch::new(planner, &next, frames.first(), frames.len()),
             warnings: setup.warnings().iter().map(WarningRecord::from).collect(),
         };
-        Ok(Output::in_form(self.format, &record, &[], text::next))
+        Ok(Output::in_form(self.format, &record, &record.warnings, text::next))
     }
 }
 

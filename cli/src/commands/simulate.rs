@@ -82,7 +82,7 @@ impl Args {
             (LayoutKind::Measurement, Some(frame)) => {
                 let touches = setup.touches()?;
                 let ids = touches.records.iter().map(|record| record.id.clone()).collect();
-                Contacts::Fixed(contacts(&*setup.fixture, &touches.touches, frame), ids)
+                Contacts::Fixed(contacts(&setup.problem()?, frame), ids)
             }
             (LayoutKind::Random, _) => Contacts::Random(self.layout.counts(&setup)?),
             _ => {

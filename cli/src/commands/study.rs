@@ -126,7 +126,7 @@ impl Args {
         let threads = self.threads()?;
         let bar = progress(self.trials);
         let outcome = threads.install(|| study.run_with(&|| bar.inc(1)));
-        bar.finish_and_clear();
+        drop(bar);
         let outcome = outcome.map_err(told)?;
         let record = StudyRecord::new(&study, kind, sigma, setup.measurement.units, &outcome);
         let output = Output::in_form(self.format, &record, &[], text::study);

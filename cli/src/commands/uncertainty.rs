@@ -283,7 +283,7 @@ impl Args {
         });
         let made = |count| bar.inc(count);
         let propagated = monte_carlo.run(draws.outputs(), &|rng, row| draws.draw(rng, row), &made);
-        bar.finish_and_clear();
+        drop(bar);
         let propagated = propagated.map_err(|error| too_uncertain(&error))?;
         Ok(Some(self.told(&propagated, uncertainty, points)))
     }

@@ -2,7 +2,12 @@
 //! cutting, joining and damaging. The long run is the fuzzer's: fuzz/README.md.
 //!
 //! `RUNS=100000 cargo test --release --test fuzz` makes more of them.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a target that panics has found something")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a target that panics has found something"
+)]
 
 use std::{
     collections::BTreeSet,
@@ -40,14 +45,17 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 /// What a target begins with: its own seeds, and every example that is data.
 fn seeds(target: &str) -> Vec<Vec<u8>> {
     let own = files(&folder("fuzz/seeds").join(target));
-    let examples = files(&folder("examples")).into_iter().filter(|path| path.extension().is_none_or(|of| of != "rs"));
+    let examples =
+        files(&folder("examples")).into_iter().filter(|path| path.extension().is_none_or(|of| of != "rs"));
     own.into_iter().chain(examples).map(|path| fs::read(path).unwrap()).collect()
 }
 
 /// An input made of one or two seeds.
 fn made(seeds: &[Vec<u8>], rng: &mut impl Rng) -> Vec<u8> {
-    const PIECES: &[&str] =
-        &["\n", "\"", ",", ";", "[", "]", "{", "}", "-", "1e999", "nan", "0", "\u{e4}", "\u{feff}", "\0", "#", "=", "::"];
+    const PIECES: &[&str] = &[
+        "\n", "\"", ",", ";", "[", "]", "{", "}", "-", "1e999", "nan", "0", "\u{e4}", "\u{feff}", "\0", "#",
+        "=", "::",
+    ];
     let any = |rng: &mut _| seeds[RngExt::random_range(rng, 0..seeds.len())].as_slice();
     let mut input = any(rng).to_vec();
     if rng.random_bool(0.2) {

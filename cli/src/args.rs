@@ -79,7 +79,7 @@ impl Command {
             Self::Log(args) => args.run(),
             Self::Compare(args) => args.run(registry),
             Self::History(args) => args.run(),
-            Self::Completions(args) => Ok(args.run()),
+            Self::Completions(args) => Ok(args.run(registry)),
             Self::Man(args) => args.run(),
         }
     }
@@ -116,6 +116,19 @@ mod tests {
     #[test]
     fn the_definition_is_sound() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn everything_that_may_be_typed_is_explained() {
+        for subcommand in Cli::command().get_subcommands() {
+            let name = subcommand.get_name();
+            assert!(subcommand.get_about().is_some(), "{name}");
+            let examples = subcommand.get_after_help().map(ToString::to_string).unwrap_or_default();
+            assert!(examples.contains(&format!("touchref {name}")), "{name} has no example");
+            for arg in subcommand.get_arguments() {
+                assert!(arg.get_help().is_some(), "{name}: {}", arg.get_id());
+            }
+        }
     }
 
     #[test]

@@ -151,7 +151,7 @@ pub(crate) fn print(outcome: Result<Output, Failure>, json_errors: bool) -> u8 {
     let mut stdout = AutoStream::auto(io::stdout().lock());
     let written = (output.result)(&mut stdout).and_then(|()| stdout.flush());
     for line in output.notes {
-        note(&(line + "\n"));
+        note_on_the_way(|look| text::note(&line, look));
     }
     after_writing(written, output.status)
 }
@@ -233,7 +233,7 @@ pub(crate) fn note(text: &str) {
     }
 }
 
-/// The same, as text for people.
+/// The same, with a line end, in the look of standard error.
 pub(crate) fn note_on_the_way(text: impl FnOnce(Look) -> String) {
     note(&(text(Look::of(&io::stderr())) + "\n"));
 }

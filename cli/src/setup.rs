@@ -57,7 +57,7 @@ pub(crate) struct MeasurementArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct NearArgs {
     /// Frame near which the answer is expected: x,y,z,qx,qy,qz,qw or a result file
-    #[arg(long, value_name = "FRAME", allow_hyphen_values = true)]
+    #[arg(long, value_name = "FRAME", allow_hyphen_values = true, value_hint = clap::ValueHint::FilePath)]
     near: Option<String>,
 }
 

@@ -45,6 +45,11 @@ pub(crate) struct Look {
     pub(crate) width: usize,
 }
 
+/// A line for standard error: whole where a program may read it, wrapped on a terminal.
+pub(crate) fn note(line: &str, look: Look) -> String {
+    if look.terminal { textwrap::fill(line, look.width) } else { line.to_owned() }
+}
+
 impl Look {
     /// For a file or a pipe: plain ASCII, nothing that depends on where it runs.
     pub(crate) const PLAIN: Self = Self { terminal: false, unicode: false, width: 100 };

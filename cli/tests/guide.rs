@@ -161,7 +161,9 @@ fn an_unfinished_run_has_status_1() {
     assert!(answers[1]["next"]["parent"]["tip"].is_array(), "{}", answers[1]);
     assert_eq!(answers[5]["error"]["nearest"], "+z", "{}", answers[5]);
     assert_eq!(answers[2]["error"]["line"], 4, "{}", answers[2]);
-    let undone = |index: usize| (answers[index]["undone"]["touch"].as_u64(), answers[index]["undone"]["surface"].as_str());
+    let undone = |index: usize| {
+        (answers[index]["undone"]["touch"].as_u64(), answers[index]["undone"]["surface"].as_str())
+    };
     assert_eq!([undone(3), undone(7)], [(Some(0), Some("+z")); 2]);
     assert!(answers[4]["undone"].is_null(), "{}", answers[4]);
     let output = folder.run(&["guide", "m.toml"], b"undo\n+z,-5,-5,0\nundo\n");

@@ -245,7 +245,10 @@ mod tests {
         let turn = |length: f64| Frame::from_quaternion_xyzw(Point3::origin(), [0.0, 0.0, length, length]);
         for length in [1.0, 1e-160, 1e-300, f64::from_bits(1), 1e160, f64::MAX] {
             let frame = turn(length).unwrap();
-            assert!(frame.is_sound() && (frame.axis(0) - Vector3::y()).norm() < 1e-15, "{length:e}: {frame:?}");
+            assert!(
+                frame.is_sound() && (frame.axis(0) - Vector3::y()).norm() < 1e-15,
+                "{length:e}: {frame:?}"
+            );
         }
         for length in [0.0, f64::INFINITY, f64::NAN] {
             assert_eq!(turn(length), None);

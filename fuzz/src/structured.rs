@@ -133,7 +133,7 @@ pub(super) fn registry(data: &[u8]) {
             let told = Literal::new(plugin.name, dialect, &Frame::identity(), Units::Millimetre, &[]);
             assert!(told.is_ok(), "{told:?}");
         }),
-        _ => build(u, REGISTRY.fixtures(), is_fixture),
+        _ => build(u, REGISTRY.fixtures(), |fixture, plugin| is_fixture(fixture, plugin)),
     };
 }
 
@@ -219,7 +219,9 @@ impl Case {
             sigma: if u.ratio(7, 8)? { Some(number(u, 1e-3 * size)?.abs()) } else { None },
         };
         let near = match u.ratio(1, 8)? {
-            true => Frame::from_quaternion_xyzw(point(u, size)?, [(); 4].map(|()| u.arbitrary().unwrap_or(1.0))),
+            true => {
+                Frame::from_quaternion_xyzw(point(u, size)?, [(); 4].map(|()| u.arbitrary().unwrap_or(1.0)))
+            }
             false => None,
         };
         let mut case = Self { fixture, solver, probe, touches: Vec::new(), near, truth: None };

@@ -285,7 +285,8 @@ pub(super) fn frame(data: &[u8]) {
             assert!(frame.is_sound(), "{text}: {frame:?}");
             let FrameRecord { origin, quaternion_xyzw, .. } = FrameRecord::from(&frame);
             let numbers = origin.iter().chain(&quaternion_xyzw).map(f64::to_string);
-            let again = read_frame(&numbers.collect::<Vec<_>>().join(",")).expect("seven numbers are a frame");
+            let again =
+                read_frame(&numbers.collect::<Vec<_>>().join(",")).expect("seven numbers are a frame");
             assert_eq!(again.origin, frame.origin);
             assert!((again.rotation.matrix() - frame.rotation.matrix()).abs().max() < 1e-14, "{text}");
         }

@@ -7,8 +7,8 @@
 use nalgebra::{Matrix6, Vector6};
 use touchref_core::{
     ClosedForm, Covariance, Fixture, Frame, Freedom, Limit, MinimumReport, Observability, ParameterKind,
-    ParameterSpec, Parameters, Problem, Refusal, Residual, RootReport, SearchReport, SecondMinimum, SigmaSource,
-    Solution, SolveError, Trust, Twist, Warning,
+    ParameterSpec, Parameters, Problem, Refusal, Residual, RootReport, SearchReport, SecondMinimum,
+    SigmaSource, Solution, SolveError, Trust, Twist, Warning,
     error::Degenerate,
     observability::weakest_motion,
     statistics::{Level, chi_square_p_value},
@@ -151,8 +151,13 @@ fn survey<const P: usize>(
 ) -> Result<Survey<P>, SolveError> {
     let problem = model.problem;
     // A search far beyond the noise tells minima apart no worse.
-    let mut minima =
-        Minima { model, standing: Standing::of(problem), apart: noise.min(1.0), found: Vec::new(), starts: 0 };
+    let mut minima = Minima {
+        model,
+        standing: Standing::of(problem),
+        apart: noise.min(1.0),
+        found: Vec::new(),
+        starts: 0,
+    };
     if let Some(near) = problem.expected_near() {
         minima.visit(near);
     }

@@ -28,6 +28,8 @@ const TIP_RADIUS: &str = "tip_radius";
 /// The measurement has the touches of each placement under [[placement]], or a table with a column `placement`. What is
 /// stated with a standard uncertainty u is an unknown held by that; what --free names is told by the touches alone.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref calibrate examples/calibration.toml")]
 pub(crate) struct Args {
     #[command(flatten)]
     measurement: MeasurementArgs,

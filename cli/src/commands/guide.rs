@@ -42,6 +42,8 @@ const UNDO: &str = "undo";
 /// been made where it was asked for. Ends with exit status 0 and the frame when it is accepted and the target met; with 1
 /// when the input ends before that.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref guide examples/cube.toml")]
 pub(crate) struct Args {
     #[command(flatten)]
     measurement: MeasurementArgs,

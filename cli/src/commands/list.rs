@@ -8,6 +8,9 @@ use crate::{args::Format, output::Output, text};
 
 /// List the fixtures, solvers, dialects and formats of logs there are
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref list\n\
+\x20 touchref list dialects")]
 pub(crate) struct Args {
     /// Only these
     #[arg(value_enum)]

@@ -26,6 +26,11 @@ use crate::{
 /// what is wrong with the input (2). With --record the result is kept before it is printed; what cannot be kept is not
 /// printed, either (2).
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref locate examples/nederbragt-ravani.toml\n\
+\x20 touchref locate examples/three-sphere.toml --dialect kuka --dialect matrix\n\
+\x20 touchref locate examples/cube.toml --format json\n\
+\x20 touchref locate examples/logs/kuka.toml --verbose")]
 pub(crate) struct Args {
     #[command(flatten)]
     measurement: MeasurementArgs,

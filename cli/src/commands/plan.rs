@@ -34,6 +34,9 @@ use crate::{
 /// one that separates the frames that fit.
 /// Exit status 1: no such layout stands, or the target is not met.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref plan examples/three-sphere.toml --at 300,0,0\n\
+\x20 touchref plan examples/nederbragt-ravani.toml --next")]
 pub(crate) struct Args {
     #[command(flatten)]
     measurement: MeasurementArgs,

@@ -37,6 +37,8 @@ const LEAST_DEGREES: usize = 3;
 /// Monte Carlo method (JCGM 101) draws all of them again and again and finds the frame anew; where its intervals agree with
 /// those of first order, these are validated (clause 8).
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref uncertainty examples/three-sphere.toml --at 300,0,0 --samples 10000")]
 pub(crate) struct Args {
     #[command(flatten)]
     of: UseArgs,

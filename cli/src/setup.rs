@@ -1,6 +1,6 @@
 //! What was measured, from the arguments that every subcommand on a measurement shares.
 
-use std::{cell::OnceCell, path::PathBuf};
+use std::{cell::OnceCell, path::PathBuf, time::Instant};
 
 use touchref::{
     Fixture, Frame, Parameters, Problem, Registry, Solution, SolveError, Solver, SolverPlugin, Warning,
@@ -10,11 +10,16 @@ use touchref::{
     },
     solvers::{
         labelling::{self, Tip},
+        refinement::{Progress, retrace},
         robust,
     },
 };
 
-use crate::failure::{Failure, Refused};
+use crate::{
+    failure::{Failure, Refused},
+    output::{Verbosity, note_on_the_way, verbosity, working},
+    text,
+};
 
 /// The solver that is taken where it is linked in, and the one taken elsewhere.
 const DEFAULT_SOLVERS: [&str; 2] = ["least-squares", "closed-form"];
@@ -52,7 +57,7 @@ pub(crate) struct MeasurementArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct NearArgs {
     /// Frame near which the answer is expected: x,y,z,qx,qy,qz,qw or a result file
-    #[arg(long, value_name = "FRAME", allow_hyphen_values = true)]
+    #[arg(long, value_name = "FRAME", allow_hyphen_values = true, value_hint = clap::ValueHint::FilePath)]
     near: Option<String>,
 }
 
@@ -232,12 +237,26 @@ impl Setup {
 
     /// Solves for the frame, expected near `near` if that is given.
     pub(crate) fn solve(&self, solver: &dyn Solver, near: Option<Frame>) -> Result<Solution, Failure> {
+        let (began, working) = (Instant::now(), working("looking for every frame"));
         if solver.name() == robust::PLUGIN.name {
             self.label()?;
         }
         let problem = self.problem()?;
         let problem = near.map_or(problem, |frame| problem.near(frame));
-        solver.solve(&problem).map_err(|error| self.refused(error))
+        let solution = solver.solve(&problem).map_err(|error| self.refused(error));
+        drop(working);
+        let (solution, took) = (solution?, began.elapsed());
+        if verbosity() == Verbosity::Verbose {
+            let history = self.history(&solution)?;
+            let units = self.measurement.units.name();
+            note_on_the_way(|look| text::search(&solution, &history, took, units, look));
+        }
+        Ok(solution)
+    }
+
+    /// What each step did that led to a solution.
+    pub(crate) fn history(&self, solution: &Solution) -> Result<Vec<Progress>, Failure> {
+        retrace(&self.problem()?, solution).map_err(|error| self.refused(error))
     }
 
     /// A refusal, with the touches it is about.

@@ -39,6 +39,9 @@ const MOST_THREADS: i64 = 1024;
 /// outside its own stated covariance at the 1e-9 level (chi-square above 53.34 with six degrees of freedom).
 /// Exit status 0: the study was made, whatever came of it.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref study examples/cube.toml --trials 1000\n\
+\x20 touchref study examples/nederbragt-ravani.toml --layout random --trials 500")]
 pub(crate) struct Args {
     #[command(flatten)]
     measurement: MeasurementArgs,
@@ -151,7 +154,7 @@ impl Args {
         let threads = self.threads()?;
         let bar = progress(self.trials);
         let outcome = threads.install(|| study.run_with(&|| bar.inc(1)));
-        bar.finish_and_clear();
+        drop(bar);
         let outcome = outcome.map_err(told)?;
         let record = StudyRecord::new(&study, kind, sigma, setup.measurement.units, &outcome);
         let output = Output::in_form(self.format, &record, &[], text::study);

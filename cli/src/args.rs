@@ -35,6 +35,7 @@ pub(crate) enum Command {
     Log(commands::log::Args),
     Compare(commands::compare::Args),
     History(commands::history::Args),
+    Report(commands::report::Args),
     Completions(commands::completions::Args),
     Man(commands::man::Args),
 }
@@ -58,6 +59,7 @@ impl Command {
             Self::Log(args) => args.run(),
             Self::Compare(args) => args.run(registry),
             Self::History(args) => args.run(),
+            Self::Report(args) => args.run(registry),
             Self::Completions(args) => Ok(args.run()),
             Self::Man(args) => args.run(),
         }

@@ -7,7 +7,7 @@
 //! * [`solution`], [`calibration`] and [`refusal`]: the JSON of a frame, of a calibration, and of an error;
 //! * [`frame`]: frames as text;
 //! * [`dialect`]: a frame in the words of the machine that will use it;
-//! * [`number`]: numbers as text;
+//! * [`number`] and [`words`]: numbers as text, and what results say, in words;
 //! * [`mod@write`]: measurement files and touch tables as text;
 //! * `history`, a feature of that name: results kept over time.
 //!
@@ -31,6 +31,7 @@ pub mod source;
 pub mod table;
 mod tree;
 mod walk;
+pub mod words;
 pub mod write;
 
 pub use calibration::CalibrationRecord;

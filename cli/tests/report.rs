@@ -81,14 +81,22 @@ fn edited(edit: impl FnOnce(&mut Value)) -> Value {
 #[test]
 fn every_fixture_has_every_section() {
     let registry = touchref::registry().unwrap();
-    for name in
-        ["nederbragt-ravani", "three-sphere", "cube", "v-block", "bore-and-faces", "tooling-balls"]
-    {
+    for name in ["nederbragt-ravani", "three-sphere", "cube", "v-block", "bore-and-faces", "tooling-balls"] {
         let report = Reported::new(&example(&format!("{name}.toml")), &[], &[]);
-        let sections = report.page.select(&Selector::parse("section").unwrap()).map(|s| s.attr("id").unwrap());
-        let sections: Vec<_> = sections.collect();
-        let expected =
-            ["verdict", "frame", "picture", "residuals", "influence", "budget", "roots", "dialects", "record"];
+        let section = Selector::parse("section").unwrap();
+        let sections: Vec<_> =
+            report.page.select(&section).map(|section| section.attr("id").unwrap()).collect();
+        let expected = [
+            "verdict",
+            "frame",
+            "picture",
+            "residuals",
+            "influence",
+            "budget",
+            "roots",
+            "dialects",
+            "record",
+        ];
         assert_eq!(sections, expected, "{name}");
         // Not a dialect less than there are, and what is not told has a reason.
         let told = report.texts(".dialect h3 code");
@@ -113,14 +121,18 @@ fn the_page_needs_nothing_and_may_fetch_nothing() {
     let report = Reported::new(&paper(), &[], &[]);
     let policy = Selector::parse("meta[http-equiv='Content-Security-Policy']").unwrap();
     let policy = report.page.select(&policy).next().unwrap().attr("content").unwrap();
-    assert!(policy.starts_with("default-src 'none'; style-src 'sha256-") && !policy.contains("unsafe"), "{policy}");
+    assert!(
+        policy.starts_with("default-src 'none'; style-src 'sha256-") && !policy.contains("unsafe"),
+        "{policy}"
+    );
     let ids = Selector::parse("[id]").unwrap();
     let mut ids: Vec<_> = report.page.select(&ids).map(|element| element.attr("id").unwrap()).collect();
     ids.sort_unstable();
     assert!(ids.windows(2).all(|pair| pair[0] != pair[1]), "{ids:?}");
     for element in report.page.select(&Selector::parse("*").unwrap()) {
         for (name, value) in element.value().attrs() {
-            let fetches = matches!(name, "src" | "href" | "data" | "action" | "srcset" | "style") || name.starts_with("on");
+            let fetches = matches!(name, "src" | "href" | "data" | "action" | "srcset" | "style")
+                || name.starts_with("on");
             assert!(!fetches, "{name}={value}");
         }
     }
@@ -133,14 +145,19 @@ fn the_verdict_says_what_the_result_does() {
     let report = Reported::new(&paper(), &[], &[]);
     assert_eq!(report.text_of(".headline"), "Frame found; it passed its checks.");
     assert!(report.answer("Where it is").contains("x 2.900029, y 3.800033, z 4.224893 mm"));
-    assert!(report.answer("When it stands").contains("lies between 0.0000114 and 0.0137 mm; stated is 0.00005 mm"));
-    // 0.0137 over 0.00005, from the result's own digits.
-    assert!(report.answer("When it stands").contains("274 times"), "{}", report.answer("When it stands"));
+    assert!(
+        report
+            .answer("When it stands")
+            .contains("lies between 0.0000114 and 0.0137 mm; stated is 0.00005 mm")
+    );
+    let trust = &report.result["trust"];
+    let times = trust["up_to_sigma"].as_f64().unwrap() / trust["sigma"].as_f64().unwrap();
+    assert!(report.answer("When it stands").contains(&format!("could be {times:.0} times larger")));
     assert!(report.answer("Do the touches agree").contains("p = 0.453"));
     assert!(report.answer("What else was possible").contains("4 frames"));
     assert!(report.answer("What else was possible").contains("does not fit the known geometry (3 of them)"));
-    // The README has the four: three on the plane, and what lies on no common generator.
-    assert!(report.answer("What nothing checks").contains("goes into the frame without a trace"));
+    // What the README says of them.
+    assert!(report.answer("What nothing checks").contains("touches 1, 4, 5, 6"));
 
     let without = paper().replace("sigma = 5e-5", "").replace("sigma = 0.00005", "");
     assert_ne!(without, paper());
@@ -156,7 +173,8 @@ fn the_verdict_says_what_the_result_does() {
     let head = sections.next().unwrap().to_owned();
     let six: Vec<&str> = [0, 1, 2, 3, 4, 6].into_iter().map(|k| sections.clone().nth(k).unwrap()).collect();
     let six = [head.as_str()].into_iter().chain(six).collect::<Vec<_>>().join("[[touch]]");
-    let six: String = six.lines().filter(|line| !line.starts_with("sigma")).map(|line| format!("{line}\n")).collect();
+    let six: String =
+        six.lines().filter(|line| !line.starts_with("sigma")).map(|line| format!("{line}\n")).collect();
     let report = Reported::new(&six, &[], &[]);
     assert_eq!(report.text_of(".headline"), "Frame found; how sure it is cannot be told.");
     assert!(report.answer("Do the touches agree").contains("nothing checks them"));
@@ -191,7 +209,8 @@ fn the_touches_shown_are_those_measured() {
     let report = Reported::new(&example("three-sphere.toml"), &[], &[]);
     let raw = report.text_of("#raw pre");
     fs::write(report.folder.0.path().join("raw.csv"), &raw).unwrap();
-    let sum = std::process::Command::new("sha256sum").arg(report.folder.0.path().join("raw.csv")).output().unwrap();
+    let sum =
+        std::process::Command::new("sha256sum").arg(report.folder.0.path().join("raw.csv")).output().unwrap();
     let sum = String::from_utf8(sum.stdout).unwrap();
     assert_eq!(sum.split_whitespace().next().unwrap(), report.text_of("#hash"));
 
@@ -210,7 +229,9 @@ fn points_of_use_have_their_budget() {
     let cells = report.texts("#budget .wide:last-child td");
     let points = told["points"].as_array().unwrap().iter().chain([&told["rotation"]]);
     let columns: Vec<Vec<f64>> = points
-        .map(|point| point["budget"].as_array().unwrap().iter().map(|b| 100.0 * b["share"].as_f64().unwrap()).collect())
+        .map(|point| {
+            point["budget"].as_array().unwrap().iter().map(|b| 100.0 * b["share"].as_f64().unwrap()).collect()
+        })
         .collect();
     let rows = cells.chunks(3).enumerate();
     for (source, row) in rows {
@@ -220,12 +241,14 @@ fn points_of_use_have_their_budget() {
             assert!(off.abs() < 0.1, "source {source}, column {column}: {cell}, {}", columns[column][source]);
         }
     }
-    assert_eq!(cells.len(), 9);
+    // Noise on three balls, and three stated distances.
+    assert_eq!(cells.len(), 6 * columns.len());
 }
 
 #[test]
 fn words_of_others_stay_words() {
-    const HOSTILE: &str = "</script><script>alert(1)</script><img src=x onerror=alert(1)>\"'&amp;\u{202e}<!--";
+    const HOSTILE: &str =
+        "</script><script>alert(1)</script><img src=x onerror=alert(1)>\"'&amp;\u{202e}<!--";
     let result = edited(|result| {
         result["touches"][0]["id"] = HOSTILE.into();
         result["roots"][1]["reason"] = HOSTILE.into();
@@ -238,12 +261,13 @@ fn words_of_others_stay_words() {
         result["dialects"] = serde_json::json!({ HOSTILE: HOSTILE, format!("kuka:{HOSTILE}"): "" });
         result["covariance"]["order"][0] = HOSTILE.into();
     });
-    let report = Reported::of(Folder::new(), result, &["--title", HOSTILE, "--note", HOSTILE, "--note", "second"]);
+    let report =
+        Reported::of(Folder::new(), result, &["--title", HOSTILE, "--note", HOSTILE, "--note", "second"]);
     let scripts = report.texts("script");
     assert_eq!(scripts.len(), 2);
     assert!(report.texts("img").is_empty());
     assert_eq!(report.text_of("h1"), HOSTILE);
-    assert_eq!(report.text_of("title:first-of-type"), HOSTILE);
+    assert_eq!(report.text_of("head > title"), HOSTILE);
     assert_eq!(report.texts("#record .words"), [HOSTILE, "second"]);
     assert!(report.texts("#residuals bdi").contains(&HOSTILE.to_owned()));
     assert!(report.texts("#roots td").contains(&HOSTILE.to_owned()));
@@ -276,7 +300,10 @@ fn what_is_no_result_is_refused() {
     assert_eq!(refusal.status.code(), Some(1));
     let (status, told) = refused(&refusal.stdout);
     assert_eq!(status, Some(2));
-    assert!(told.contains("it is a refusal") && told.contains("a refused measurement has no frame"), "{told}");
+    assert!(
+        told.contains("it is a refusal") && told.contains("a refused measurement has no frame"),
+        "{told}"
+    );
 
     let result = |edit: &dyn Fn(&mut Value)| edited(edit).to_string().into_bytes();
     let cases: Vec<(Vec<u8>, &str)> = vec![

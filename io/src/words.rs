@@ -42,8 +42,9 @@ pub fn length_decimals(units: &str) -> usize {
 #[must_use]
 pub fn touch(touch: &ResidualRecord, units: &str) -> String {
     let id = touch.id.as_ref().map_or(String::new(), |id| format!(" `{id}`"));
-    let residual =
-        touch.residual.map_or("no residual".to_owned(), |length| format!("residual {} {units}", short(length)));
+    let residual = touch
+        .residual
+        .map_or("no residual".to_owned(), |length| format!("residual {} {units}", short(length)));
     let sigmas = touch.normalized.map_or(String::new(), |sigmas| format!(", {} sigmas", fixed(sigmas, 2)));
     let note = match note(touch) {
         "" => String::new(),

@@ -167,7 +167,7 @@
         const outline = other !== null && seen[one] !== seen[other];
         const inSight = seen[one] || (other !== null && seen[other]) || !patch.solid;
         if (!inSight || !(rim || outline)) continue;
-        items.push([depth([from, to]) + 0.01, () => {
+        items.push([depth([from, to]) + 0.03, () => {
           path([patch.vertices[from], patch.vertices[to]]);
           stroke(colour.edge, 1);
         }]);
@@ -258,6 +258,14 @@
       paint.setLineDash([]);
     }
     if (shown("surfaces")) drawSurfaces(colour);
+    // Where surfaces end behind others.
+    paint.setLineDash([2, 3]);
+    for (const patch of patches) {
+      for (const [one, other, , , rim] of patch.edges) {
+        if (rim) { path([patch.vertices[one], patch.vertices[other]]); stroke(colour.edge, 0.8); }
+      }
+    }
+    paint.setLineDash([]);
     axes.forEach((axis, k) => {
       const ink = colour["xyz"[k]];
       path([origin, add(origin, axis)]);

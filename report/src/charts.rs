@@ -123,7 +123,9 @@ fn ticks(low: f64, high: f64, step: f64) -> impl Iterator<Item = f64> {
     /// Rounding of a tick, in steps.
     const ROUNDING: f64 = 1e-9;
     let first = (low / step - ROUNDING).ceil();
-    (0..32).map(move |k| (first + f64::from(k)) * step).take_while(move |tick| *tick <= high + ROUNDING * step)
+    (0..32)
+        .map(move |k| (first + f64::from(k)) * step)
+        .take_while(move |tick| *tick <= high + ROUNDING * step)
 }
 
 /// Parts of a whole as one bar; each its name and its part of one.

@@ -41,7 +41,10 @@ fn plainly(plugin: &DialectPlugin) -> Vec<String> {
     for spec in plugin.parameters.iter().filter(|spec| spec.default.is_none()) {
         match spec.kind {
             ParameterKind::Choice(words) if names.len() * words.len() <= MOST_WORDINGS => {
-                names = names.iter().flat_map(|name| words.iter().map(move |word| format!("{name}:{word}"))).collect();
+                names = names
+                    .iter()
+                    .flat_map(|name| words.iter().map(move |word| format!("{name}:{word}")))
+                    .collect();
             }
             // It says itself what is missing.
             _ => return vec![plugin.name.to_owned()],

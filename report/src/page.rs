@@ -56,7 +56,7 @@ pub fn page(record: &SolutionRecord, registry: &Registry, options: &Options) -> 
             h1 { (title) }
             p.subtitle {
                 (touches(&record.touches)) ", solver " (record.solver) ". Fixture "
-                (fixture(&record.fixture, "\u{b1}")) ". " (probe(&record.probe, "\u{b1}", &record.units)) "."
+                (fixture(&record.fixture, "\u{b1}")) ". Probe: " (probe(&record.probe, "\u{b1}", &record.units)) "."
             }
             div.tools hidden[true] { button #scheme type="button" { "Light or dark" } }
         }
@@ -136,9 +136,13 @@ fn picture(subject: &Subject<'_>, scene: Option<&Scene>) -> Markup {
     const HELP: &str = "Drag to turn, arrow keys too; plus and minus zoom, the wheel while the view has the focus; right and \
                         left bracket (or n and p) step through the touches; 0 or Home is the first view.";
     let Some(scene) = scene else {
-        return section("picture", "Picture", &html! {
-            p { "There is no picture: the result, an older one, does not tell where the touches were." }
-        });
+        return section(
+            "picture",
+            "Picture",
+            &html! {
+                p { "There is no picture: the result, an older one, does not tell where the touches were." }
+            },
+        );
     };
     let layers = [
         ("surfaces", "surfaces", true),
@@ -201,5 +205,9 @@ fn caption(subject: &Subject<'_>, scene: &Scene) -> Markup {
 }
 
 fn times(magnification: f64) -> String {
-    if magnification > 1.0 { format!("{magnification} times larger") } else { "as large as they are".to_owned() }
+    if magnification > 1.0 {
+        format!("{magnification} times larger")
+    } else {
+        "as large as they are".to_owned()
+    }
 }

@@ -7,7 +7,7 @@ mod mesh;
 
 use nalgebra::{Matrix3, Point3, Vector3};
 use touchref_analysis::uncertainty::Spread;
-use touchref_core::Frame;
+use touchref_core::{Frame, Shape, Surface};
 use touchref_io::words;
 
 pub use self::mesh::{Edge, Mesh};
@@ -134,8 +134,7 @@ impl Scene {
             misfit(a.misfit).total_cmp(&misfit(b.misfit))
         });
         let ghosts = rejected.iter().take(MOST_GHOSTS).filter_map(|root| {
-            let frame =
-                Frame::from_quaternion_xyzw(root.frame.origin.into(), root.frame.quaternion_xyzw)?;
+            let frame = Frame::from_quaternion_xyzw(root.frame.origin.into(), root.frame.quaternion_xyzw)?;
             frame.is_sound().then(|| Ghost { frame, reason: root.reason.clone() })
         });
         Some(Self {
@@ -167,17 +166,33 @@ fn magnification(largest: f64, drawn: f64) -> f64 {
     step * power
 }
 
+/// The surfaces, each without what lies beyond a plane of the fixture that none of its own touches is beyond: there it ends,
+/// as far as was seen.
 fn patches(subject: &Subject<'_>, contacts: &[Contact]) -> Vec<Patch> {
-    let surfaces = subject.fixture.surfaces().iter().enumerate();
-    let patch = |(index, surface): (usize, &touchref_core::Surface)| {
+    /// Part of the fixture's size by which a touch may be beyond a plane and on it all the same.
+    const ON: f64 = 1e-3;
+    let surfaces = subject.fixture.surfaces();
+    let shapes: Vec<Shape> = (0..surfaces.len()).map(|index| subject.shape(index)).collect();
+    let patch = |(index, surface): (usize, &Surface)| {
         let feet = contacts.iter().filter(|contact| contact.surface == index);
         let feet: Vec<_> = feet.map(|contact| subject.frame.to_fixture(&contact.foot)).collect();
-        Patch {
-            name: surface.name.clone(),
-            mesh: Mesh::of(&subject.shape(index), &surface.extent, &feet),
+        let mut mesh = Mesh::of(&shapes[index], &surface.extent, &feet);
+        let planes = shapes.iter().enumerate().filter(|(other, shape)| {
+            *other != index && matches!(shape, Shape::Plane { .. }) && !feet.is_empty()
+        });
+        for (_, plane) in planes {
+            let depths = feet.iter().map(|foot| plane.seen_from(foot).distance);
+            let [low, high] =
+                depths.fold([0.0_f64; 2], |[low, high], depth| [low.min(depth), high.max(depth)]);
+            if high <= ON * subject.fixture.size() {
+                mesh = mesh.cut(|point| plane.seen_from(point).distance);
+            } else if low >= -ON * subject.fixture.size() {
+                mesh = mesh.cut(|point| -plane.seen_from(point).distance);
+            }
         }
+        Patch { name: surface.name.clone(), mesh }
     };
-    surfaces.map(patch).collect()
+    surfaces.iter().enumerate().map(patch).collect()
 }
 
 /// The ball that holds surfaces, touches and axes.
@@ -206,10 +221,10 @@ fn best_view(contacts: &[Contact]) -> View {
         let seen = contacts.iter().map(|contact| contact.normal.dot(&toward).clamp(0.0, 0.6)).sum::<f64>();
         if view.elevation < 0.0 { FROM_BELOW * seen } else { seen }
     };
-    let azimuths = (0..AROUND).map(|step| (f64::from(step) + 0.35) * std::f64::consts::TAU / f64::from(AROUND));
-    let all = azimuths.flat_map(|azimuth| {
-        ELEVATIONS.map(|elevation| View { azimuth, elevation: elevation.to_radians() })
-    });
+    let azimuths =
+        (0..AROUND).map(|step| (f64::from(step) + 0.35) * std::f64::consts::TAU / f64::from(AROUND));
+    let all = azimuths
+        .flat_map(|azimuth| ELEVATIONS.map(|elevation| View { azimuth, elevation: elevation.to_radians() }));
     let best = all.reduce(|best, next| if in_sight(&next) > in_sight(&best) + 1e-9 { next } else { best });
     best.unwrap_or(View { azimuth: -0.9, elevation: 0.5 })
 }

@@ -83,15 +83,15 @@ impl<'a> Subject<'a> {
             InputError::unknown("unknown-name", "unit", &record.units, known).with_key("units")
         })?;
         let fixture = record.fixture.build(registry)?;
-        let frame = record.located_frame().filter(Frame::is_sound).ok_or_else(|| wrong("frame", "is none"))?;
+        let frame =
+            record.located_frame().filter(Frame::is_sound).ok_or_else(|| wrong("frame", "is none"))?;
         let probe: Probe = record.probe.into();
         let used = record.used_touches(&*fixture)?;
         if let Some(used) = &used {
             Problem::new(&*fixture, used, probe)?;
         }
         let covariance = record.covariance.as_ref().map(Covariance::from);
-        let mut subject =
-            Self { record, fixture, units, frame, probe, covariance, contacts: None, used };
+        let mut subject = Self { record, fixture, units, frame, probe, covariance, contacts: None, used };
         subject.check()?;
         subject.contacts = subject.placed()?;
         Ok(subject)
@@ -105,11 +105,18 @@ impl<'a> Subject<'a> {
             return Err(wrong("frame.origin", "is farther away than any probe reaches"));
         }
         let turned = Matrix6::from_fn(|row, column| {
-            if row < 3 && column < 3 { record.frame.matrix[row][column] - frame.matrix()[(row, column)] } else { 0.0 }
+            if row < 3 && column < 3 {
+                record.frame.matrix[row][column] - frame.matrix()[(row, column)]
+            } else {
+                0.0
+            }
         });
         // What is no number is no agreement.
         if !turned.iter().all(|off| off.abs() < 1e-9) {
-            return Err(wrong("frame", "contradicts itself: its matrix is not the rotation of its quaternion"));
+            return Err(wrong(
+                "frame",
+                "contradicts itself: its matrix is not the rotation of its quaternion",
+            ));
         }
         for (index, touch) in record.touches.iter().enumerate() {
             let key = format!("touches[{index}]");
@@ -221,7 +228,11 @@ impl<'a> Subject<'a> {
             off[(row, column)].abs()
                 <= AGREEMENT * (stated[(row, row)] * stated[(column, column)]).sqrt() + f64::MIN_POSITIVE
         };
-        if (0..36).all(|entry| agrees(entry / 6, entry % 6)) { Ok(uncertainty) } else { Err(self.weighs_otherwise()) }
+        if (0..36).all(|entry| agrees(entry / 6, entry % 6)) {
+            Ok(uncertainty)
+        } else {
+            Err(self.weighs_otherwise())
+        }
     }
 
     /// What each observation does to the frame, or why that is not told.
@@ -239,7 +250,8 @@ impl<'a> Subject<'a> {
                 of: self.observed(checked.observation),
                 redundancy: checked.redundancy,
                 test_value: check.map(|check| check.test_value),
-                smallest_detectable: check.map(|check| check.smallest_detectable * self.scale(checked.observation)),
+                smallest_detectable: check
+                    .map(|check| check.smallest_detectable * self.scale(checked.observation)),
                 unnoticed: checked.undetected_shift(),
                 left_out: checked.shift_without(),
             }
@@ -254,7 +266,9 @@ impl<'a> Subject<'a> {
         /// By which part of the residuals they may differ from those of least squares, and of the fixture's size.
         const AGREEMENT: [f64; 2] = [1e-3, 1e-9];
         let linear = Linear::at(problem, &self.frame).ok_or("the touches leave a motion free")?;
-        let told = Vec::from_iter((0..problem.touches().len()).map(|index| problem.contact(&self.frame, index).residual));
+        let told = Vec::from_iter(
+            (0..problem.touches().len()).map(|index| problem.contact(&self.frame, index).residual),
+        );
         let told = nalgebra::DVector::from_vec(told);
         let off = (linear.residuals() - &told).norm();
         if off > AGREEMENT[0] * told.norm() + AGREEMENT[1] * self.fixture.size() {
@@ -276,7 +290,10 @@ impl<'a> Subject<'a> {
     }
 
     fn weighs_otherwise(&self) -> String {
-        format!("the solver `{}` weighs its touches in its own way, not as least squares does", self.record.solver)
+        format!(
+            "the solver `{}` weighs its touches in its own way, not as least squares does",
+            self.record.solver
+        )
     }
 
     /// The touches that count, as a measurement.

@@ -7,7 +7,9 @@ use std::fmt::Write as _;
 use maud::{Markup, html};
 use nalgebra::{Matrix2, Point3, Vector2, Vector3};
 
-use crate::scene::{Ellipsoid, Mesh, Scene};
+use touchref_core::Frame;
+
+use crate::scene::{Ellipsoid, Ghost, Mesh, Patch, Scene};
 
 /// Shades of a surface, from the darkest; class `shade-0` and so on.
 const SHADES: [&str; 8] =
@@ -35,6 +37,7 @@ pub fn picture(scene: &Scene, title: &str) -> Markup {
                 @for ghost in &scene.ghosts { (picture.ghost(ghost)) }
             }
             g class="surfaces" opacity="0.92" stroke-linejoin="round" { (picture.surfaces()) }
+            path class="hidden" d=(picture.rims(&scene.frame)) fill="none" stroke="#66707c" stroke-width="0.8" stroke-dasharray="2 3" {}
             g class="axes" stroke-width="2" { (picture.axes()) }
             g class="ellipsoids" fill="#6d4bb0" fill-opacity="0.12" stroke="#6d4bb0" {
                 @for ellipsoid in &scene.ellipsoids { (picture.ellipsoid(ellipsoid)) }
@@ -107,12 +110,14 @@ impl<'a> Picture<'a> {
     /// Faces and the edges that are seen, from the back to the front.
     fn surfaces(&self) -> Markup {
         /// By how much an edge is nearer than its faces, as a part of the scene.
-        const NEARER: f64 = 0.01;
+        const NEARER: f64 = 0.03;
         let mut drawn: Vec<(f64, Markup)> = Vec::new();
         for patch in &self.scene.patches {
-            let placed = Placed::new(&patch.mesh, |point| self.scene.frame.to_parent(point), |n| {
-                self.scene.frame.rotation * n
-            });
+            let placed = Placed::new(
+                &patch.mesh,
+                |point| self.scene.frame.to_parent(point),
+                |n| self.scene.frame.rotation * n,
+            );
             for (index, face) in patch.mesh.faces.iter().enumerate() {
                 let seen = self.faces_viewer(&placed.normals[index]);
                 if !seen && patch.mesh.solid {
@@ -121,8 +126,11 @@ impl<'a> Picture<'a> {
                 let corners = || face.iter().map(|corner| &placed.vertices[*corner]);
                 let depth = corners().map(|corner| self.depth(corner)).sum::<f64>() / face.len() as f64;
                 let shade = self.shade(&placed.normals[index]);
-                let (class, colour) =
-                    if seen { (format!("shade-{shade}"), SHADES[shade]) } else { ("back".to_owned(), "#aab4be") };
+                let (class, colour) = if seen {
+                    (format!("shade-{shade}"), SHADES[shade])
+                } else {
+                    ("back".to_owned(), "#aab4be")
+                };
                 let path = self.path(corners()) + "Z";
                 drawn.push((depth, html! { path class=(class) d=(path) fill=(colour) stroke=(colour) {} }));
             }
@@ -133,7 +141,8 @@ impl<'a> Picture<'a> {
                 let in_sight = first || second == Some(true) || !patch.mesh.solid;
                 if in_sight && (edge.rim || outline) {
                     let ends = edge.ends.map(|end| placed.vertices[end]);
-                    let depth = 0.5 * (self.depth(&ends[0]) + self.depth(&ends[1])) + NEARER * self.scene.radius;
+                    let depth =
+                        0.5 * (self.depth(&ends[0]) + self.depth(&ends[1])) + NEARER * self.scene.radius;
                     drawn.push((depth, html! { path class="edge" d=(self.path(&ends)) stroke="#66707c" {} }));
                 }
             }
@@ -150,14 +159,20 @@ impl<'a> Picture<'a> {
         (0..brightest).find(|step| *step as f64 >= bright).unwrap_or(brightest)
     }
 
-    fn ghost(&self, ghost: &crate::scene::Ghost) -> Markup {
-        let frame = &ghost.frame;
-        let rims = self.scene.patches.iter().map(|patch| {
+    /// Where the surfaces end when the fixture stands at `frame`, also behind others.
+    fn rims(&self, frame: &Frame) -> String {
+        let rims = |patch: &Patch| {
             let rims = patch.mesh.edges.iter().filter(|edge| edge.rim);
-            rims.map(|edge| self.path(&edge.ends.map(|end| frame.to_parent(&patch.mesh.vertices[end])))).collect::<String>()
-        });
+            rims.map(|edge| self.path(&edge.ends.map(|end| frame.to_parent(&patch.mesh.vertices[end]))))
+                .collect::<String>()
+        };
+        self.scene.patches.iter().map(rims).collect()
+    }
+
+    fn ghost(&self, ghost: &Ghost) -> Markup {
+        let frame = &ghost.frame;
         let axes = (0..3).map(|k| self.path(&[frame.origin, frame.origin + frame.axis(k) * self.scene.axis]));
-        html! { path d=(rims.chain(axes).collect::<String>()) { title { "rejected: " (ghost.reason) } } }
+        html! { path d=(self.rims(frame) + &axes.collect::<String>()) { title { "rejected: " (ghost.reason) } } }
     }
 
     fn axes(&self) -> Markup {

@@ -30,8 +30,12 @@ impl Verdict {
         answers.push(("Do the touches agree", agreement(subject)));
         let excluded: Vec<_> = record.touches.iter().filter(|touch| touch.excluded).collect();
         if !excluded.is_empty() {
-            let told = excluded.iter().map(|touch| left_out(touch, &record.units)).collect::<Vec<_>>().join(" ");
-            answers.push(("What is left out", format!("{told} The frame does not rest on it: find out why before the frame is used.")));
+            let told =
+                excluded.iter().map(|touch| left_out(touch, &record.units)).collect::<Vec<_>>().join(" ");
+            answers.push((
+                "What is left out",
+                format!("{told} The frame does not rest on it: find out why before the frame is used."),
+            ));
         }
         answers.push(("What else was possible", alternatives(subject)));
         answers.push(("What the touches see least", weakest(subject)));
@@ -45,14 +49,24 @@ impl Verdict {
         if !found.is_empty() {
             let told = found.iter().map(|touch| format!("touch {} on `{}`", touch.index, touch.surface));
             let told = told.collect::<Vec<_>>().join(", ");
-            answers.push(("What was found out", format!("The measurement leaves open which surface was touched; only one labelling fits: {told}.")));
+            answers.push((
+                "What was found out",
+                format!(
+                    "The measurement leaves open which surface was touched; only one labelling fits: {told}."
+                ),
+            ));
         }
         let within = record.trust.sigma.map(|sigma| {
-            record.trust.from_sigma.is_none_or(|from| from <= sigma) && record.trust.up_to_sigma.is_none_or(|to| sigma <= to)
+            record.trust.from_sigma.is_none_or(|from| from <= sigma)
+                && record.trust.up_to_sigma.is_none_or(|to| sigma <= to)
         });
         let headline = match (excluded.len(), &subject.covariance, within) {
-            (_, _, Some(false)) => "Frame found, but its stated sigma is outside the margin in which it stands.".to_owned(),
-            (1.., _, _) => format!("Frame found without {}, held for bad.", counted(excluded.len(), "touch", "touches")),
+            (_, _, Some(false)) => {
+                "Frame found, but its stated sigma is outside the margin in which it stands.".to_owned()
+            }
+            (1.., _, _) => {
+                format!("Frame found without {}, held for bad.", counted(excluded.len(), "touch", "touches"))
+            }
             (0, None, _) => "Frame found; how sure it is cannot be told.".to_owned(),
             (0, Some(_), None) => "Frame found, on a condition.".to_owned(),
             (0, Some(_), Some(true)) => "Frame found; it passed its checks.".to_owned(),
@@ -86,7 +100,10 @@ fn sureness(subject: &Subject<'_>) -> String {
             .to_owned();
     };
     let factor = subject.coverage_factor();
-    let along = |direction| direction_in_words(&*subject.fixture, &subject.frame, direction);
+    let along = |direction| {
+        let told = direction_in_words(&*subject.fixture, &subject.frame, direction);
+        if told.starts_with(|c: char| c.is_ascii_digit()) { format!("a direction {told}") } else { told }
+    };
     let (u, direction) = place.worst();
     let (turn, axis) = turn.worst();
     let source = match subject.degrees_of_freedom() {
@@ -116,7 +133,9 @@ fn margin(subject: &Subject<'_>) -> String {
         (Some(sigma), Some(to)) if sigma > 0.0 && to > sigma => {
             format!("{told} The noise could be {} times larger before that.", short(to / sigma))
         }
-        (None, _) => format!("{told} Whether it does is for you to say: state it, and locate again for a plain answer."),
+        (None, _) => format!(
+            "{told} Whether it does is for you to say: state it, and locate again for a plain answer."
+        ),
         _ => told,
     }
 }
@@ -127,7 +146,9 @@ fn agreement(subject: &Subject<'_>) -> String {
     let unknowns = in_words(unknowns(record));
     let beyond = counted(record.degrees_of_freedom, "touch", "touches");
     match (record.degrees_of_freedom, record.chi_square, record.p_value) {
-        (0, ..) => format!("There are as many touches as unknowns ({unknowns}): any touches would fit, and nothing checks them."),
+        (0, ..) => format!(
+            "There are as many touches as unknowns ({unknowns}): any touches would fit, and nothing checks them."
+        ),
         (_, Some(chi_square), Some(p)) => {
             let often = format!(
                 "noise of the stated size alone makes them fit this badly or worse in {} % of measurements (chi-square {}, \
@@ -210,7 +231,9 @@ fn unchecked(influences: &[Influence]) -> Option<String> {
         count if count == influences.len() => "any touch".to_owned(),
         _ => format!("touches {}", touches.join(", ")),
     };
-    Some(format!("No other touch checks {what}: an error there, of any size, goes into the frame without a trace."))
+    Some(format!(
+        "No other touch checks {what}: an error there, of any size, goes into the frame without a trace."
+    ))
 }
 
 fn freedom(free: &[String]) -> String {

@@ -60,7 +60,8 @@ impl Browser {
             .spawn()
             .unwrap_or_else(|error| panic!("{} (Debian package `chromium`): {error}", executable.display()));
         let address = address(profile.path());
-        let stream = TcpStream::connect(address.trim_start_matches("ws://").split('/').next().unwrap()).unwrap();
+        let stream =
+            TcpStream::connect(address.trim_start_matches("ws://").split('/').next().unwrap()).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
         let (socket, _) = tungstenite::client(address.as_str(), stream).unwrap();
         let mut browser =
@@ -139,7 +140,10 @@ impl Browser {
             _ => 0,
         };
         for kind in ["keyDown", "keyUp"] {
-            self.call("Input.dispatchKeyEvent", json!({ "type": kind, "key": key, "windowsVirtualKeyCode": code }));
+            self.call(
+                "Input.dispatchKeyEvent",
+                json!({ "type": kind, "key": key, "windowsVirtualKeyCode": code }),
+            );
         }
     }
 

@@ -37,7 +37,11 @@ pub(super) fn frame(subject: &Subject<'_>) -> Markup {
         rows.push(row(format!("standard uncertainty ({units})"), place, length_digits));
         rows.push(row(format!("\u{b1} {coverage} ({units})"), place.map(|u| factor * u), length_digits));
         rows.push(row("turn about, standard uncertainty (degrees)".to_owned(), turn, angle_digits));
-        rows.push(row(format!("turn about, \u{b1} {coverage} (degrees)"), turn.map(|u| factor * u), angle_digits));
+        rows.push(row(
+            format!("turn about, \u{b1} {coverage} (degrees)"),
+            turn.map(|u| factor * u),
+            angle_digits,
+        ));
     }
     let axes = [record.x_axis, record.y_axis, record.z_axis].into_iter().zip(["X", "Y", "Z"]);
     rows.extend(axes.map(|(axis, name)| row(format!("{name} axis"), axis, AXIS_DIGITS)));
@@ -53,7 +57,9 @@ pub(super) fn roots(subject: &Subject<'_>) -> Markup {
     let record = subject.record;
     let units = subject.units.name();
     let trust = &record.trust;
-    let length = |length: Option<f64>, none: &str| length.map_or_else(|| none.to_owned(), |v| format!("{} {units}", short(v)));
+    let length = |length: Option<f64>, none: &str| {
+        length.map_or_else(|| none.to_owned(), |v| format!("{} {units}", short(v)))
+    };
     let limit = match trust.limited_by.as_str() {
         "none" => "nothing".to_owned(),
         "ambiguity" => "a second frame fits within the noise".to_owned(),

@@ -32,7 +32,8 @@ pub(super) fn residuals(subject: &Subject<'_>) -> Markup {
     });
     let axis = if in_sigmas { "residual, sigmas".to_owned() } else { format!("residual, {units}") };
     let lines = if in_sigmas { vec![(2.0, "two sigmas"), (-2.0, "two sigmas")] } else { Vec::new() };
-    let chart = Chart { title: "Residual of each touch", axis: &axis, bars: bars.collect(), lines, up_to: None };
+    let chart =
+        Chart { title: "Residual of each touch", axis: &axis, bars: bars.collect(), lines, up_to: None };
     let shown = shown(touches);
     let body = html! {
         (chart.draw())
@@ -62,7 +63,8 @@ fn shown(touches: &[ResidualRecord]) -> Vec<&ResidualRecord> {
 fn table_of_touches(touches: &[&ResidualRecord], units: &str) -> Markup {
     let any = |has: &dyn Fn(&ResidualRecord) -> bool| touches.iter().any(|touch| has(touch));
     let (ids, places) = (any(&|touch| touch.id.is_some()), any(&|touch| touch.at.is_some()));
-    let (sigmas, notes) = (any(&|touch| touch.normalized.is_some()), any(&|touch| !words::note(touch).is_empty()));
+    let (sigmas, notes) =
+        (any(&|touch| touch.normalized.is_some()), any(&|touch| !words::note(touch).is_empty()));
     let largest = touches.iter().filter_map(|touch| touch.residual).fold(0.0, |a: f64, b| a.max(b.abs()));
     let digits = decimals(Some(largest), length_decimals(units));
     let mut header = columns(["touch"]);
@@ -76,7 +78,9 @@ fn table_of_touches(touches: &[&ResidualRecord], units: &str) -> Markup {
         let mut row = vec![cell(touch.index.to_string())];
         row.extend(ids.then(|| name(touch.id.as_deref().unwrap_or_default())));
         row.push(name(&touch.surface));
-        let at = touch.at.map_or(["-"; 3].map(str::to_owned), |at| at.map(|v| fixed(v, length_decimals(units) + 1)));
+        let at = touch
+            .at
+            .map_or(["-"; 3].map(str::to_owned), |at| at.map(|v| fixed(v, length_decimals(units) + 1)));
         row.extend(at.into_iter().filter(|_| places).map(cell));
         row.push(cell(touch.residual.map_or_else(|| "-".to_owned(), |v| fixed(v, digits))));
         row.extend(sigmas.then(|| cell(touch.normalized.map_or_else(|| "-".to_owned(), |v| fixed(v, 2)))));
@@ -111,7 +115,13 @@ fn told(subject: &Subject<'_>, influences: &[Influence], points: &[Point3<f64>])
         Observed::Touch(index) => Some((index, influence)),
         Observed::Stated(_) => None,
     });
-    let bar = |index: usize, text: String| Bar { name: index.to_string(), text, height: None, dot: None, hollow: false };
+    let bar = |index: usize, text: String| Bar {
+        name: index.to_string(),
+        text,
+        height: None,
+        dot: None,
+        hollow: false,
+    };
     let checks = touched.clone().map(|(index, influence)| {
         let text = format!("touch {index}: the others see {} of its error", fixed(influence.redundancy, 3));
         Bar { height: Some(influence.redundancy), ..bar(index, text) }
@@ -125,9 +135,17 @@ fn told(subject: &Subject<'_>, influences: &[Influence], points: &[Point3<f64>])
     };
     let effects = touched.map(|(index, influence)| {
         let (unnoticed, left_out) = (moved(&influence.unnoticed), moved(&influence.left_out));
-        let unnoticed_told = unnoticed.map_or("any error".to_owned(), |v| format!("an error that goes unnoticed: {} {units}", short(v)));
-        let left_out_told = left_out.map_or("nothing else tells what it tells".to_owned(), |v| format!("left out: {} {units}", short(v)));
-        let text = if with_sigma { format!("touch {index}: {unnoticed_told}; {left_out_told}") } else { format!("touch {index}: {left_out_told}") };
+        let unnoticed_told = unnoticed.map_or("any error".to_owned(), |v| {
+            format!("an error that goes unnoticed: {} {units}", short(v))
+        });
+        let left_out_told = left_out.map_or("nothing else tells what it tells".to_owned(), |v| {
+            format!("left out: {} {units}", short(v))
+        });
+        let text = if with_sigma {
+            format!("touch {index}: {unnoticed_told}; {left_out_told}")
+        } else {
+            format!("touch {index}: {left_out_told}")
+        };
         if with_sigma {
             Bar { height: unnoticed, dot: left_out, ..bar(index, text) }
         } else {
@@ -135,10 +153,19 @@ fn told(subject: &Subject<'_>, influences: &[Influence], points: &[Point3<f64>])
         }
     });
     let axis = format!("moves by, {units}");
-    let effects =
-        Chart { title: "How far the frame moves by each touch", axis: &axis, bars: effects.collect(), lines: Vec::new(), up_to: None };
+    let effects = Chart {
+        title: "How far the frame moves by each touch",
+        axis: &axis,
+        bars: effects.collect(),
+        lines: Vec::new(),
+        up_to: None,
+    };
     let test = Test::default();
-    let at = if points.len() == 1 { "at the point of use".to_owned() } else { format!("at the worst of {} points of use", points.len()) };
+    let at = if points.len() == 1 {
+        "at the point of use".to_owned()
+    } else {
+        format!("at the worst of {} points of use", points.len())
+    };
     html! {
         h3 { "How far the others check it" }
         (checks.draw())

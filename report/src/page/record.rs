@@ -30,7 +30,8 @@ pub(super) fn record(subject: &Subject<'_>, notes: &[String]) -> Markup {
 fn facts(subject: &Subject<'_>) -> Vec<Vec<Markup>> {
     let record = subject.record;
     let units = &record.units;
-    let or_none = |value: Option<f64>, none: &str| value.map_or(none.to_owned(), |value| format!("{value} {units}"));
+    let or_none =
+        |value: Option<f64>, none: &str| value.map_or(none.to_owned(), |value| format!("{value} {units}"));
     let misfit = match (record.chi_square, record.p_value) {
         (Some(chi_square), Some(p)) => format!("chi-square {chi_square}, p = {p}"),
         (Some(chi_square), None) => format!("chi-square {chi_square}"),
@@ -40,20 +41,32 @@ fn facts(subject: &Subject<'_>) -> Vec<Vec<Markup>> {
         format!("{}, ended by `{}`", counted(iteration.steps, "step", "steps"), iteration.stopped_by)
     });
     let facts = [
-        ("report made by", format!("touchref {}; with which version the frame was found the result does not state", env!("CARGO_PKG_VERSION"))),
+        (
+            "report made by",
+            format!(
+                "touchref {}; with which version the frame was found the result does not state",
+                env!("CARGO_PKG_VERSION")
+            ),
+        ),
         ("result", record.schema.clone()),
         ("unit of lengths", units.clone()),
         ("solver", record.solver.clone()),
         ("iteration", iteration),
         ("touches", touches(&record.touches)),
-        ("tip radius", match record.probe.tip_radius_u {
-            0.0 => or_none(Some(record.probe.tip_radius), ""),
-            u => format!("{} \u{b1} {u} {units} (standard)", record.probe.tip_radius),
-        }),
+        (
+            "tip radius",
+            match record.probe.tip_radius_u {
+                0.0 => or_none(Some(record.probe.tip_radius), ""),
+                u => format!("{} \u{b1} {u} {units} (standard)", record.probe.tip_radius),
+            },
+        ),
         ("sigma of one touch", or_none(record.probe.sigma, "not stated for the probe")),
         ("rms of the residuals", or_none(record.rms, "-")),
         ("misfit", misfit),
-        ("degrees of freedom", format!("{} ({} unknowns)", record.degrees_of_freedom, in_words(unknowns(record)))),
+        (
+            "degrees of freedom",
+            format!("{} ({} unknowns)", record.degrees_of_freedom, in_words(unknowns(record))),
+        ),
         ("date, place, operator", "not stated by the result".to_owned()),
     ];
     facts.into_iter().map(|(name, value)| vec![cell(name), cell(value)]).collect()
@@ -77,7 +90,10 @@ fn fixture(fixture: &FixtureRecord, units: &str) -> Markup {
 fn adjustments(subject: &Subject<'_>) -> Markup {
     let rows = subject.record.adjustments.iter().map(|adjusted| {
         let numbers = [adjusted.nominal, adjusted.nominal_u, adjusted.value, adjusted.u, adjusted.moved];
-        [name(&adjusted.name)].into_iter().chain(numbers.map(|number| cell(short_or_dash(number)))).collect::<Vec<_>>()
+        [name(&adjusted.name)]
+            .into_iter()
+            .chain(numbers.map(|number| cell(short_or_dash(number))))
+            .collect::<Vec<_>>()
     });
     let header = columns(["", ">stated", ">\u{b1}", ">estimated", ">\u{b1}", ">moved by (of its \u{b1})"]);
     table("Sizes that were unknowns beside the frame", &header, &rows.collect::<Vec<_>>())
@@ -90,8 +106,12 @@ fn covariance(subject: &Subject<'_>) -> Markup {
     let rows = covariance.matrix.iter().zip(&covariance.order).map(|(row, name)| {
         [cell(name)].into_iter().chain(row.map(|v| cell(format!("{v:.4e}")))).collect::<Vec<_>>()
     });
-    let header: Vec<String> = [String::new()].into_iter().chain(covariance.order.iter().map(|name| format!(">{name}"))).collect();
-    let caption = format!("Covariance of the frame: {} and radians, along the parent's axes, about the fixture's origin", subject.units);
+    let header: Vec<String> =
+        [String::new()].into_iter().chain(covariance.order.iter().map(|name| format!(">{name}"))).collect();
+    let caption = format!(
+        "Covariance of the frame: {} and radians, along the parent's axes, about the fixture's origin",
+        subject.units
+    );
     table(&caption, &header, &rows.collect::<Vec<_>>())
 }
 

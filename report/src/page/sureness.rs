@@ -2,7 +2,10 @@
 
 use maud::{Markup, html};
 use nalgebra::Point3;
-use touchref_analysis::{Uncertainty, uncertainty::{Contribution, Spread}};
+use touchref_analysis::{
+    Uncertainty,
+    uncertainty::{Contribution, Spread},
+};
 use touchref_core::observability::direction_in_words;
 use touchref_io::{
     number::{decimals, fixed, short},
@@ -110,7 +113,8 @@ fn contributions(subject: &Subject<'_>, quantities: &[Quantity], sources: &Uncer
     let names: Vec<String> = all.iter().map(|contribution| contribution.source.in_words(&problem)).collect();
     let of = |quantity: &Quantity| {
         // The model is of first order at nominal sizes: of its own sum, so that parts make a whole.
-        let shares: Vec<f64> = quantity.budget.iter().map(|contribution| share(quantity, contribution)).collect();
+        let shares: Vec<f64> =
+            quantity.budget.iter().map(|contribution| share(quantity, contribution)).collect();
         let sum: f64 = shares.iter().sum();
         shares.into_iter().map(|part| if sum > 0.0 { part / sum } else { 0.0 }).collect::<Vec<f64>>()
     };
@@ -119,7 +123,9 @@ fn contributions(subject: &Subject<'_>, quantities: &[Quantity], sources: &Uncer
     header.extend(quantities.iter().map(|quantity| format!(">{} (%)", quantity.name)));
     let rows = names.iter().enumerate().map(|(index, source)| {
         let first = html! { span class={ "swatch part-" (index % PARTS) } {} (source) };
-        let parts = parts.iter().map(|parts| cell(parts.get(index).map_or("-".to_owned(), |part| fixed(100.0 * part, 1))));
+        let parts = parts
+            .iter()
+            .map(|parts| cell(parts.get(index).map_or("-".to_owned(), |part| fixed(100.0 * part, 1))));
         [first].into_iter().chain(parts).collect::<Vec<_>>()
     });
     html! {

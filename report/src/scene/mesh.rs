@@ -14,7 +14,7 @@ const MARGIN: f64 = 0.08;
 const AROUND: usize = 36;
 /// Faces from pole to pole of a ball.
 const RINGS: usize = 16;
-/// Faces along each side of a plane: small ones are sorted by depth more truly than a large one.
+/// Faces along each side of a plane, and along an axis: small ones are sorted by depth more truly than a large one.
 const SQUARES: usize = 8;
 
 /// A surface of flat faces.
@@ -49,13 +49,11 @@ impl Mesh {
             Shape::Plane { point, normal } => plane(point, normal, extent, feet),
             Shape::Cylinder { point, axis, radius, bore } => {
                 let [low, high] = along(point, axis, extent, feet);
-                let rings = [(low, *radius), (high, *radius)];
-                revolved(point, axis, &rings, *bore)
+                revolved(point, axis, &rings([low, high], |_| *radius), *bore)
             }
             Shape::Cone { apex, axis, half_angle, bore } => {
                 let [low, high] = along(apex, axis, extent, feet).map(|height| height.max(0.0));
-                let rings = [low, high].map(|height| (height, height * half_angle.tan()));
-                revolved(apex, axis, &rings, *bore)
+                revolved(apex, axis, &rings([low, high], |height| height * half_angle.tan()), *bore)
             }
             Shape::Sphere { center, radius, bore } => {
                 let rings: Vec<_> = (0..=RINGS)
@@ -68,6 +66,40 @@ impl Mesh {
             }
             _ => Self::default(),
         }
+    }
+
+    /// Without what lies beyond a plane: where `depth`, the signed distance from it, is positive.
+    #[must_use]
+    pub fn cut(mut self, depth: impl Fn(&Point3<f64>) -> f64) -> Self {
+        let depths: Vec<f64> = self.vertices.iter().map(depth).collect();
+        if depths.iter().all(|depth| *depth <= 0.0) {
+            return self;
+        }
+        // Neighbours share the corner in which their common edge is cut.
+        let mut cuts: BTreeMap<[usize; 2], usize> = BTreeMap::new();
+        let mut kept = Vec::new();
+        for face in &self.faces {
+            let mut corners = Vec::new();
+            for (k, &from) in face.iter().enumerate() {
+                let to = face[(k + 1) % face.len()];
+                if depths[from] <= 0.0 {
+                    corners.push(from);
+                }
+                if (depths[from] <= 0.0) != (depths[to] <= 0.0) {
+                    let vertices = &mut self.vertices;
+                    corners.push(*cuts.entry([from.min(to), from.max(to)]).or_insert_with(|| {
+                        let part = depths[from] / (depths[from] - depths[to]);
+                        vertices.push(vertices[from] + (vertices[to] - vertices[from]) * part);
+                        vertices.len() - 1
+                    }));
+                }
+            }
+            if corners.len() > 2 {
+                kept.push(corners);
+            }
+        }
+        self.faces = kept;
+        self.with_edges()
     }
 
     /// Outward normal of a face, of unit length; zero for one without area.
@@ -102,15 +134,24 @@ impl Mesh {
         };
         // At the poles of a ball and at the tip of a cone corners fall together.
         let size = self.vertices.iter().map(|vertex| (vertex - self.vertices[0]).norm()).fold(0.0, f64::max);
-        let long = |([from, to], _): &([usize; 2], _)| (self.vertices[*from] - self.vertices[*to]).norm() > TINY * size;
+        let long = |([from, to], _): &([usize; 2], _)| {
+            (self.vertices[*from] - self.vertices[*to]).norm() > TINY * size
+        };
         self.edges = edges.into_iter().filter(long).map(edge).collect();
         self
     }
 }
 
+/// Heights above a point of an axis, and the radius at each.
+fn rings([low, high]: [f64; 2], radius: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+    let heights = (0..=SQUARES).map(|step| low + (high - low) * step as f64 / SQUARES as f64);
+    heights.map(|height| (height, radius(height))).collect()
+}
+
 /// A little more than from the lowest to the highest of some numbers.
 fn range(numbers: impl Iterator<Item = f64>, at_least: [f64; 2]) -> [f64; 2] {
-    let [low, high] = numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
+    let [low, high] =
+        numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
     if low > high {
         return at_least;
     }
@@ -164,7 +205,10 @@ fn revolved(point: &Point3<f64>, axis: &Unit<Vector3<f64>>, rings: &[(f64, f64)]
         mesh.faces.iter_mut().for_each(|face| face.reverse());
     } else {
         let cap = |ring: usize| (0..AROUND).map(|step| index(ring, step)).collect::<Vec<_>>();
-        let ends = [(rings[0].1, cap(0).into_iter().rev().collect()), (rings[rings.len() - 1].1, cap(rings.len() - 1))];
+        let ends = [
+            (rings[0].1, cap(0).into_iter().rev().collect()),
+            (rings[rings.len() - 1].1, cap(rings.len() - 1)),
+        ];
         // A ball and the tip of a cone need none.
         let widest = rings.iter().map(|ring| ring.1).fold(0.0, f64::max);
         mesh.faces.extend(ends.into_iter().filter(|(radius, _)| *radius > 1e-9 * widest).map(|(_, cap)| cap));

@@ -147,10 +147,28 @@
     paint.fillText(text, x, y);
   };
 
+  // Surfaces from the back to the front; those that lie on one side of a plane by that, whatever their depths.
+  const ordered = () => {
+    const facing = patches.map((patch) => patch.normals.length > 0 && dot(patch.normals[0], toward) > 0);
+    const hides = (one, other) => {
+      const [above, below] = [patches[one].above[other], patches[other].above[one]];
+      return above !== null ? above === facing[other] : below !== null ? below !== facing[one] : false;
+    };
+    const depths = patches.map(({ vertices }) => vertices.reduce((sum, v) => sum + dot(toward, v), 0) / (vertices.length || 1));
+    const left = patches.map((_, index) => index).sort((a, b) => depths[a] - depths[b]);
+    const found = [];
+    while (left.length) {
+      // Where each hides another one, the farthest.
+      const free = left.findIndex((one) => left.every((other) => other === one || !hides(one, other)));
+      found.push(patches[left.splice(Math.max(0, free), 1)[0]]);
+    }
+    return found;
+  };
+
   const drawSurfaces = (colour) => {
     const light = add(add(add([0, 0, 0], toward, 0.8), up, 0.5), right, -0.33);
-    const items = [];
-    for (const patch of patches) {
+    for (const patch of ordered()) {
+      const items = [];
       const seen = patch.normals.map((normal) => dot(normal, toward) > 0);
       const depth = (corners) => corners.reduce((sum, k) => sum + dot(toward, patch.vertices[k]), 0) / corners.length;
       patch.faces.forEach((face, index) => {
@@ -172,8 +190,8 @@
           stroke(colour.edge, 1);
         }]);
       }
+      items.sort((a, b) => a[0] - b[0]).forEach(([, item]) => item());
     }
-    items.sort((a, b) => a[0] - b[0]).forEach(([, item]) => item());
   };
 
   const drawEllipsoid = ({ at: place, half }, colour) => {

@@ -78,6 +78,9 @@ pub struct Patch {
     pub name: String,
     /// Its mesh, in fixture coordinates.
     pub mesh: Mesh,
+    /// For each patch: whether this one lies wholly on its outward side, or wholly on the other; `None` for one that is no
+    /// plane, or that it crosses.
+    pub above: Vec<Option<bool>>,
 }
 
 /// A touch.
@@ -171,28 +174,41 @@ fn magnification(largest: f64, drawn: f64) -> f64 {
 fn patches(subject: &Subject<'_>, contacts: &[Contact]) -> Vec<Patch> {
     /// Part of the fixture's size by which a touch may be beyond a plane and on it all the same.
     const ON: f64 = 1e-3;
+    /// The same of what was cut at it.
+    const ROUNDING: f64 = 1e-9;
     let surfaces = subject.fixture.surfaces();
     let shapes: Vec<Shape> = (0..surfaces.len()).map(|index| subject.shape(index)).collect();
+    let size = subject.fixture.size();
+    let planes = || shapes.iter().enumerate().filter(|(_, shape)| matches!(shape, Shape::Plane { .. }));
     let patch = |(index, surface): (usize, &Surface)| {
         let feet = contacts.iter().filter(|contact| contact.surface == index);
         let feet: Vec<_> = feet.map(|contact| subject.frame.to_fixture(&contact.foot)).collect();
         let mut mesh = Mesh::of(&shapes[index], &surface.extent, &feet);
-        let planes = shapes.iter().enumerate().filter(|(other, shape)| {
-            *other != index && matches!(shape, Shape::Plane { .. }) && !feet.is_empty()
-        });
-        for (_, plane) in planes {
-            let depths = feet.iter().map(|foot| plane.seen_from(foot).distance);
-            let [low, high] =
-                depths.fold([0.0_f64; 2], |[low, high], depth| [low.min(depth), high.max(depth)]);
-            if high <= ON * subject.fixture.size() {
-                mesh = mesh.cut(|point| plane.seen_from(point).distance);
-            } else if low >= -ON * subject.fixture.size() {
-                mesh = mesh.cut(|point| -plane.seen_from(point).distance);
+        for (_, plane) in planes().filter(|(other, _)| *other != index && !feet.is_empty()) {
+            match side(plane, &feet, ON * size) {
+                Some(false) => mesh = mesh.cut(|point| plane.seen_from(point).distance),
+                Some(true) => mesh = mesh.cut(|point| -plane.seen_from(point).distance),
+                None => {}
             }
         }
-        Patch { name: surface.name.clone(), mesh }
+        let mut above = vec![None; shapes.len()];
+        for (other, plane) in planes().filter(|(other, _)| *other != index) {
+            above[other] = side(plane, &mesh.vertices, ROUNDING * size);
+        }
+        Patch { name: surface.name.clone(), mesh, above }
     };
     surfaces.iter().enumerate().map(patch).collect()
+}
+
+/// Whether points are all on the outward side of a plane, or all on the other.
+fn side(plane: &Shape, points: &[Point3<f64>], tolerance: f64) -> Option<bool> {
+    let depths = points.iter().map(|point| plane.seen_from(point).distance);
+    let [low, high] = depths.fold([0.0_f64; 2], |[low, high], depth| [low.min(depth), high.max(depth)]);
+    match (low >= -tolerance, high <= tolerance) {
+        (_, true) => Some(false),
+        (true, false) => Some(true),
+        (false, false) => None,
+    }
 }
 
 /// The ball that holds surfaces, touches and axes.

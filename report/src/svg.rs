@@ -107,44 +107,68 @@ impl<'a> Picture<'a> {
         path
     }
 
-    /// Faces and the edges that are seen, from the back to the front.
+    /// Surfaces from the back to the front; those that lie on one side of a plane by that, whatever their depths.
+    fn ordered(&self) -> Vec<&'a Patch> {
+        let patches = &self.scene.patches;
+        let faces_viewer = |plane: usize| {
+            let normal = (!patches[plane].mesh.faces.is_empty()).then(|| patches[plane].mesh.normal(0));
+            normal.is_some_and(|normal| self.faces_viewer(&(self.scene.frame.rotation * normal)))
+        };
+        // Whether one hides the other, as far as a plane tells.
+        let hides = |one: usize, other: usize| match (patches[one].above[other], patches[other].above[one]) {
+            (Some(above), _) => above == faces_viewer(other),
+            (None, Some(above)) => above != faces_viewer(one),
+            (None, None) => false,
+        };
+        let depth = |patch: &usize| {
+            let vertices = &patches[*patch].mesh.vertices;
+            let depths = vertices.iter().map(|vertex| self.depth(&self.scene.frame.to_parent(vertex)));
+            depths.sum::<f64>() / vertices.len().max(1) as f64
+        };
+        let mut left: Vec<usize> = (0..patches.len()).collect();
+        left.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
+        let mut ordered = Vec::new();
+        while !left.is_empty() {
+            // Where each hides another one, the farthest.
+            let free =
+                left.iter().position(|one| left.iter().all(|other| other == one || !hides(*one, *other)));
+            ordered.push(&patches[left.remove(free.unwrap_or(0))]);
+        }
+        ordered
+    }
+
+    /// Faces and the edges that are seen.
     fn surfaces(&self) -> Markup {
+        html! { @for patch in self.ordered() { (self.surface(patch)) } }
+    }
+
+    fn surface(&self, patch: &Patch) -> Markup {
         /// By how much an edge is nearer than its faces, as a part of the scene.
         const NEARER: f64 = 0.03;
         let mut drawn: Vec<(f64, Markup)> = Vec::new();
-        for patch in &self.scene.patches {
-            let placed = Placed::new(
-                &patch.mesh,
-                |point| self.scene.frame.to_parent(point),
-                |n| self.scene.frame.rotation * n,
-            );
-            for (index, face) in patch.mesh.faces.iter().enumerate() {
-                let seen = self.faces_viewer(&placed.normals[index]);
-                if !seen && patch.mesh.solid {
-                    continue;
-                }
-                let corners = || face.iter().map(|corner| &placed.vertices[*corner]);
-                let depth = corners().map(|corner| self.depth(corner)).sum::<f64>() / face.len() as f64;
-                let shade = self.shade(&placed.normals[index]);
-                let (class, colour) = if seen {
-                    (format!("shade-{shade}"), SHADES[shade])
-                } else {
-                    ("back".to_owned(), "#aab4be")
-                };
-                let path = self.path(corners()) + "Z";
-                drawn.push((depth, html! { path class=(class) d=(path) fill=(colour) stroke=(colour) {} }));
+        let placed = Placed::of(patch, &self.scene.frame);
+        for (index, face) in patch.mesh.faces.iter().enumerate() {
+            let seen = self.faces_viewer(&placed.normals[index]);
+            if !seen && patch.mesh.solid {
+                continue;
             }
-            for edge in &patch.mesh.edges {
-                let seen = |face: usize| self.faces_viewer(&placed.normals[face]);
-                let (first, second) = (seen(edge.faces.0), edge.faces.1.map(seen));
-                let outline = second.is_some_and(|second| first != second);
-                let in_sight = first || second == Some(true) || !patch.mesh.solid;
-                if in_sight && (edge.rim || outline) {
-                    let ends = edge.ends.map(|end| placed.vertices[end]);
-                    let depth =
-                        0.5 * (self.depth(&ends[0]) + self.depth(&ends[1])) + NEARER * self.scene.radius;
-                    drawn.push((depth, html! { path class="edge" d=(self.path(&ends)) stroke="#66707c" {} }));
-                }
+            let corners = || face.iter().map(|corner| &placed.vertices[*corner]);
+            let depth = corners().map(|corner| self.depth(corner)).sum::<f64>() / face.len() as f64;
+            let shade = self.shade(&placed.normals[index]);
+            let (class, colour) =
+                if seen { (format!("shade-{shade}"), SHADES[shade]) } else { ("back".to_owned(), "#aab4be") };
+            let path = self.path(corners()) + "Z";
+            drawn.push((depth, html! { path class=(class) d=(path) fill=(colour) stroke=(colour) {} }));
+        }
+        for edge in &patch.mesh.edges {
+            let seen = |face: usize| self.faces_viewer(&placed.normals[face]);
+            let (first, second) = (seen(edge.faces.0), edge.faces.1.map(seen));
+            let outline = second.is_some_and(|second| first != second);
+            let in_sight = first || second == Some(true) || !patch.mesh.solid;
+            if in_sight && (edge.rim || outline) {
+                let ends = edge.ends.map(|end| placed.vertices[end]);
+                let depth = 0.5 * (self.depth(&ends[0]) + self.depth(&ends[1])) + NEARER * self.scene.radius;
+                drawn.push((depth, html! { path class="edge" d=(self.path(&ends)) stroke="#66707c" {} }));
             }
         }
         drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -254,14 +278,11 @@ struct Placed {
 }
 
 impl Placed {
-    fn new(
-        mesh: &Mesh,
-        place: impl Fn(&Point3<f64>) -> Point3<f64>,
-        turn: impl Fn(Vector3<f64>) -> Vector3<f64>,
-    ) -> Self {
+    fn of(patch: &Patch, frame: &Frame) -> Self {
+        let Mesh { vertices, faces, .. } = &patch.mesh;
         Self {
-            vertices: mesh.vertices.iter().map(place).collect(),
-            normals: (0..mesh.faces.len()).map(|face| turn(mesh.normal(face))).collect(),
+            vertices: vertices.iter().map(|vertex| frame.to_parent(vertex)).collect(),
+            normals: (0..faces.len()).map(|face| frame.rotation * patch.mesh.normal(face)).collect(),
         }
     }
 }

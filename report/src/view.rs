@@ -30,6 +30,7 @@ pub(crate) fn json(scene: &Scene) -> Value {
         json!({
             "name": patch.name,
             "solid": solid,
+            "above": patch.above,
             "vertices": vertices.iter().map(|vertex| place(&scene.frame.to_parent(vertex))).collect::<Vec<_>>(),
             "faces": faces,
             "normals": normals.collect::<Vec<_>>(),

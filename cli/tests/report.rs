@@ -193,7 +193,7 @@ fn a_touch_that_is_left_out_is_told_loudly() {
         1,
     );
     let report = Reported::new(&bad, &["--solver", "robust"], &[]);
-    assert_eq!(report.text_of(".headline"), "Frame found without 1 touch, held for bad.");
+    assert_eq!(report.text_of(".headline"), "Frame found without touch 0, which is held for bad.");
     assert!(report.answer("What is left out").starts_with("Touch 0 `chip` lies"));
     assert_eq!(report.texts("svg.scene .excluded").len(), 1);
     assert_eq!(report.texts("#residuals .hollow").len(), 1);

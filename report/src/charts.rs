@@ -59,7 +59,7 @@ impl Chart<'_> {
         let slot = (WIDTH - LEFT - RIGHT) / self.bars.len().max(1) as f64;
         let wide = (0.62 * slot).min(WIDEST);
         let every = (0..=self.bars.len()).find(|skip| slot * (skip + 1) as f64 > 24.0).unwrap_or(0) + 1;
-        html! {
+        let chart = html! {
             svg class="chart" viewBox={ "0 0 " (WIDTH) " " (HEIGHT) } width=(WIDTH) height=(HEIGHT) role="img" {
                 title { (self.title) }
                 @for tick in ticks(low, high, step) {
@@ -83,7 +83,9 @@ impl Chart<'_> {
                 }
                 text class="name" x=(WIDTH - RIGHT) y=(HEIGHT - 3.0) text-anchor="end" { "touch" }
             }
-        }
+        };
+        // On a narrow screen it is moved, not made too small to read.
+        html! { div.wide tabindex="0" role="region" aria-label=(self.title) { (chart) } }
     }
 }
 

@@ -179,11 +179,15 @@ fn patches(subject: &Subject<'_>, contacts: &[Contact]) -> Vec<Patch> {
     let surfaces = subject.fixture.surfaces();
     let shapes: Vec<Shape> = (0..surfaces.len()).map(|index| subject.shape(index)).collect();
     let size = subject.fixture.size();
+    // How far apart touches are: beyond that there is nothing to see.
+    let middle =
+        contacts.iter().map(|contact| contact.foot.coords).sum::<Vector3<f64>>() / contacts.len() as f64;
+    let reach = contacts.iter().map(|contact| (contact.foot.coords - middle).norm()).fold(0.0, f64::max);
     let planes = || shapes.iter().enumerate().filter(|(_, shape)| matches!(shape, Shape::Plane { .. }));
     let patch = |(index, surface): (usize, &Surface)| {
         let feet = contacts.iter().filter(|contact| contact.surface == index);
         let feet: Vec<_> = feet.map(|contact| subject.frame.to_fixture(&contact.foot)).collect();
-        let mut mesh = Mesh::of(&shapes[index], &surface.extent, &feet);
+        let mut mesh = Mesh::of(&shapes[index], &surface.extent, &feet, reach);
         for (_, plane) in planes().filter(|(other, _)| *other != index && !feet.is_empty()) {
             match side(plane, &feet, ON * size) {
                 Some(false) => mesh = mesh.cut(|point| plane.seen_from(point).distance),

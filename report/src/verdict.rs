@@ -64,9 +64,8 @@ impl Verdict {
             (_, _, Some(false)) => {
                 "Frame found, but its stated sigma is outside the margin in which it stands.".to_owned()
             }
-            (1.., _, _) => {
-                format!("Frame found without {}, held for bad.", counted(excluded.len(), "touch", "touches"))
-            }
+            (1, _, _) => format!("Frame found without touch {}, which is held for bad.", excluded[0].index),
+            (2.., _, _) => format!("Frame found without {} touches, which are held for bad.", excluded.len()),
             (0, None, _) => "Frame found; how sure it is cannot be told.".to_owned(),
             (0, Some(_), None) => "Frame found, on a condition.".to_owned(),
             (0, Some(_), Some(true)) => "Frame found; it passed its checks.".to_owned(),

@@ -42,17 +42,18 @@ pub struct Edge {
 }
 
 impl Mesh {
-    /// Of a surface, in fixture coordinates: as far as a probe can reach, and beyond the `feet` of touches.
+    /// Of a surface, in fixture coordinates: a little beyond the `feet` of its touches, and as far as a probe can reach, if
+    /// that is no farther than `reach`.
     #[must_use]
-    pub fn of(shape: &Shape, extent: &Extent, feet: &[Point3<f64>]) -> Self {
+    pub fn of(shape: &Shape, extent: &Extent, feet: &[Point3<f64>], reach: f64) -> Self {
         match shape {
-            Shape::Plane { point, normal } => plane(point, normal, extent, feet),
+            Shape::Plane { point, normal } => plane(point, normal, extent, feet, reach),
             Shape::Cylinder { point, axis, radius, bore } => {
-                let [low, high] = along(point, axis, extent, feet);
+                let [low, high] = along(point, axis, extent, feet, reach);
                 revolved(point, axis, &rings([low, high], |_| *radius), *bore)
             }
             Shape::Cone { apex, axis, half_angle, bore } => {
-                let [low, high] = along(apex, axis, extent, feet).map(|height| height.max(0.0));
+                let [low, high] = along(apex, axis, extent, feet, reach).map(|height| height.max(0.0));
                 revolved(apex, axis, &rings([low, high], |height| height * half_angle.tan()), *bore)
             }
             Shape::Sphere { center, radius, bore } => {
@@ -148,21 +149,29 @@ fn rings([low, high]: [f64; 2], radius: impl Fn(f64) -> f64) -> Vec<(f64, f64)> 
     heights.map(|height| (height, radius(height))).collect()
 }
 
-/// A little more than from the lowest to the highest of some numbers.
-fn range(numbers: impl Iterator<Item = f64>, at_least: [f64; 2]) -> [f64; 2] {
+/// A little beyond the feet of touches, told along a line, and to the ends of what a probe can reach as far as these are
+/// within `reach` of them.
+fn range(feet: impl Iterator<Item = f64>, ends: [f64; 2], reach: f64) -> [f64; 2] {
     let [low, high] =
-        numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
+        feet.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)]);
     if low > high {
-        return at_least;
+        let middle = 0.5 * (ends[0] + ends[1]);
+        return [ends[0].max(middle - reach), ends[1].min(middle + reach)];
     }
     let margin = MARGIN * (high - low);
-    [at_least[0].min(low - margin), at_least[1].max(high + margin)]
+    [(low - margin).min(ends[0].max(low - reach)), (high + margin).max(ends[1].min(high + reach))]
 }
 
-fn plane(point: &Point3<f64>, normal: &Unit<Vector3<f64>>, extent: &Extent, feet: &[Point3<f64>]) -> Mesh {
-    let reach = if let Extent::Disc { radius } = extent { *radius } else { 0.0 };
+fn plane(
+    point: &Point3<f64>,
+    normal: &Unit<Vector3<f64>>,
+    extent: &Extent,
+    feet: &[Point3<f64>],
+    reach: f64,
+) -> Mesh {
+    let ends = if let Extent::Disc { radius } = extent { [-radius, *radius] } else { [0.0; 2] };
     let (e1, e2) = perpendiculars(normal);
-    let [u, v] = [e1, e2].map(|e| range(feet.iter().map(|foot| e.dot(&(foot - point))), [-reach, reach]));
+    let [u, v] = [e1, e2].map(|e| range(feet.iter().map(|foot| e.dot(&(foot - point))), ends, reach));
     let at = |[low, high]: [f64; 2], step: usize| low + (high - low) * step as f64 / SQUARES as f64;
     let corners = (0..=SQUARES).flat_map(|row| (0..=SQUARES).map(move |column| (row, column)));
     let vertices = corners.map(|(row, column)| point + e1 * at(u, row) + e2 * at(v, column)).collect();
@@ -175,9 +184,15 @@ fn plane(point: &Point3<f64>, normal: &Unit<Vector3<f64>>, extent: &Extent, feet
 }
 
 /// From where to where an axis is drawn, counted from `point`.
-fn along(point: &Point3<f64>, axis: &Unit<Vector3<f64>>, extent: &Extent, feet: &[Point3<f64>]) -> [f64; 2] {
-    let reach = if let Extent::Along { from, to } = extent { [*from, *to] } else { [0.0, 0.0] };
-    range(feet.iter().map(|foot| axis.dot(&(foot - point))), reach)
+fn along(
+    point: &Point3<f64>,
+    axis: &Unit<Vector3<f64>>,
+    extent: &Extent,
+    feet: &[Point3<f64>],
+    reach: f64,
+) -> [f64; 2] {
+    let ends = if let Extent::Along { from, to } = extent { [*from, *to] } else { [0.0; 2] };
+    range(feet.iter().map(|foot| axis.dot(&(foot - point))), ends, reach)
 }
 
 /// Rings about an axis, each at its height above `point` and of its radius, and what closes them; of a bore the inside.

@@ -1,12 +1,12 @@
 //! Charts as SVG: one mark a touch, with its text as a title. The numbers stand in the table beside each.
 
 use maud::{Markup, html};
-use touchref_io::number::short;
+use touchref_io::number::fixed;
 
 /// Width and height of a chart, and what is kept free at its left, right, top and bottom.
 const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 210.0;
-const LEFT: f64 = 64.0;
+const LEFT: f64 = 88.0;
 const RIGHT: f64 = 12.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 34.0;
@@ -48,6 +48,7 @@ impl Chart<'_> {
         let lowest = heights.iter().copied().fold(0.0, f64::min);
         let highest = self.up_to.unwrap_or_else(|| heights.iter().copied().chain(lines).fold(0.0, f64::max));
         let step = step(highest - lowest);
+        let digits = decimals_of(step);
         // What has lines on both sides is seen from both sides.
         let low = if self.lines.iter().any(|line| line.0 < 0.0) { lowest.min(-highest) } else { lowest };
         let high = if low < 0.0 { highest.max(-low) } else { highest.max(step) };
@@ -64,7 +65,7 @@ impl Chart<'_> {
                 title { (self.title) }
                 @for tick in ticks(low, high, step) {
                     line class="grid" x1=(LEFT) x2=(WIDTH - RIGHT) y1=(tenth(y(tick))) y2=(tenth(y(tick))) {}
-                    text class="tick" x=(LEFT - 6.0) y=(tenth(y(tick) + 4.0)) text-anchor="end" { (short(tick)) }
+                    text class="tick" x=(LEFT - 6.0) y=(tenth(y(tick) + 4.0)) text-anchor="end" { (fixed(tick, digits)) }
                 }
                 text class="name" x="12" y=(HEIGHT - BOTTOM) transform={ "rotate(-90 12 " (HEIGHT - BOTTOM) ")" } { (self.axis) }
                 @for (height, text) in &self.lines {
@@ -119,6 +120,13 @@ fn step(range: f64) -> f64 {
     let rough = range / 4.0;
     let power = 10f64.powf(rough.log10().floor());
     [1.0, 2.0, 5.0].into_iter().find(|step| step * power >= rough).unwrap_or(10.0) * power
+}
+
+/// Digits after the point with which multiples of a step are told apart.
+fn decimals_of(step: f64) -> usize {
+    /// Doubles near one have no more.
+    const MOST: u8 = 15;
+    (0..MOST).find(|digits| step * 10f64.powi(i32::from(*digits)) > 0.99).unwrap_or(MOST).into()
 }
 
 fn ticks(low: f64, high: f64, step: f64) -> impl Iterator<Item = f64> {

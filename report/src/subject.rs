@@ -1,6 +1,6 @@
 //! What a report is about: a result, its fixture rebuilt and its numbers held against each other.
 
-use nalgebra::{Matrix6, Point3, Vector3, Vector6};
+use nalgebra::{DVector, Matrix6, Point3, Vector3, Vector6};
 use touchref_analysis::{
     Linear, Observation, Reliability, Test, Uncertainty, linear::lever, uncertainty::Spread,
 };
@@ -266,10 +266,8 @@ impl<'a> Subject<'a> {
         /// By which part of the residuals they may differ from those of least squares, and of the fixture's size.
         const AGREEMENT: [f64; 2] = [1e-3, 1e-9];
         let linear = Linear::at(problem, &self.frame).ok_or("the touches leave a motion free")?;
-        let told = Vec::from_iter(
-            (0..problem.touches().len()).map(|index| problem.contact(&self.frame, index).residual),
-        );
-        let told = nalgebra::DVector::from_vec(told);
+        let residual = |index: usize, _| problem.contact(&self.frame, index).residual;
+        let told = DVector::from_fn(problem.touches().len(), residual);
         let off = (linear.residuals() - &told).norm();
         if off > AGREEMENT[0] * told.norm() + AGREEMENT[1] * self.fixture.size() {
             return Err(self.weighs_otherwise());

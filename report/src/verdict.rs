@@ -172,9 +172,11 @@ fn agreement(subject: &Subject<'_>) -> String {
 }
 
 fn alternatives(subject: &Subject<'_>) -> String {
+    /// More reasons than this do not read well.
+    const MOST_REASONS: usize = 3;
     let record = subject.record;
     let rejected: Vec<_> = record.roots.iter().filter(|root| !root.selected).collect();
-    let mut told = if record.roots.is_empty() {
+    let told = if record.roots.is_empty() {
         "No list of other frames is part of this result.".to_owned()
     } else if rejected.is_empty() {
         "Only this frame satisfies the equations.".to_owned()
@@ -187,19 +189,24 @@ fn alternatives(subject: &Subject<'_>) -> String {
             1 => (*reason).to_owned(),
             count => format!("{reason} ({count} of them)"),
         });
-        let reasons = reasons.collect::<Vec<_>>().join("; ");
+        let reasons = if reasons.len() > MOST_REASONS {
+            "each for a reason of its own, which stands in the table".to_owned()
+        } else {
+            reasons.collect::<Vec<_>>().join("; ")
+        };
         let all = counted(record.roots.len(), "frame", "frames");
         format!("{all} satisfy the equations or nearly so; {} rejected: {reasons}.", are(rejected.len()))
     };
-    let nearest = rejected.iter().filter_map(|root| root.misfit).reduce(f64::min);
-    if let Some(misfit) = nearest {
-        told += &format!(" The best of these is off by {} standard deviations.", short(misfit));
-    }
-    if let Some(second) = record.trust.second_minimum.as_ref().and_then(|second| second.chi_square) {
+    let best =
+        rejected.iter().filter_map(|root| root.misfit).reduce(f64::min).map_or(String::new(), |misfit| {
+            format!(" The best of these is off by {} standard deviations.", short(misfit))
+        });
+    let second = record.trust.second_minimum.as_ref().and_then(|second| second.chi_square);
+    let second = second.map_or(String::new(), |second| {
         let own = record.chi_square.map_or(String::new(), |own| format!(" (this one: {})", short(own)));
-        told += &format!(" The next best frame of all has a chi-square of {}{own}.", short(second));
-    }
-    told
+        format!(" The next best frame of all has a chi-square of {}{own}.", short(second))
+    });
+    told + &best + &second
 }
 
 fn are(count: usize) -> String {

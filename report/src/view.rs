@@ -17,9 +17,9 @@ const PARTS: f64 = 1e6;
 /// The scene for the script; everything in the parent, as seen from the scene's centre.
 pub(crate) fn json(scene: &Scene) -> Value {
     let length = |length: f64| part(length / scene.radius);
-    let vector = |vector: Vector3<f64>| Vec::from_iter(vector.iter().copied().map(length));
+    let vector = |vector: Vector3<f64>| vector.iter().copied().map(length).collect::<Vec<i64>>();
     let place = |point: &Point3<f64>| vector(point - scene.center);
-    let direction = |direction: &Vector3<f64>| Vec::from_iter(direction.iter().copied().map(part));
+    let direction = |direction: &Vector3<f64>| direction.iter().copied().map(part).collect::<Vec<i64>>();
     let patches = scene.patches.iter().map(|patch| {
         let Mesh { vertices, faces, edges, solid } = &patch.mesh;
         let normals = (0..faces.len()).map(|face| direction(&(scene.frame.rotation * patch.mesh.normal(face))));

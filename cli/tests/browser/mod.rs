@@ -1,4 +1,4 @@
-//! A browser without a window, driven by the Chrome DevTools Protocol.
+//! A browser without a window, driven by the Chrome `DevTools` Protocol.
 //!
 //! What it tells is kept as JSON: a typed client drops the events it does not know, and a test that no error came could
 //! then not fail.
@@ -77,6 +77,7 @@ impl Browser {
     }
 
     /// Calls a method of the protocol; keeps the events that come meanwhile.
+    #[allow(clippy::needless_pass_by_value)] // So that a call can write its parameters where it stands.
     pub(crate) fn call(&mut self, method: &str, parameters: Value) -> Value {
         self.last += 1;
         let mut call = json!({ "id": self.last, "method": method, "params": parameters });

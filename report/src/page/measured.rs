@@ -196,7 +196,7 @@ fn table_of_influences(
 ) -> Markup {
     let units = subject.units.name();
     let header = [
-        "".to_owned(),
+        String::new(),
         ">part seen".to_owned(),
         ">test value".to_owned(),
         format!(">smallest noticed ({units})"),

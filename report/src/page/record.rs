@@ -74,12 +74,11 @@ fn facts(subject: &Subject<'_>) -> Vec<Vec<Markup>> {
 
 fn fixture(fixture: &FixtureRecord, units: &str) -> Markup {
     let rows = fixture.parameters.iter().map(|(parameter, value)| {
-        let told = match (value.get("value"), value.get("u")) {
-            (Some(value), Some(u)) => html! { (value) " \u{b1} " (u) " (standard)" },
-            _ => match value.as_array().filter(|tables| tables.iter().any(serde_json::Value::is_object)) {
-                Some(tables) => html! { @for table in tables { code.line { (table) } } },
-                None => html! { (value.as_str().map_or_else(|| value.to_string(), str::to_owned)) },
-            },
+        let tables = value.as_array().filter(|tables| tables.iter().any(serde_json::Value::is_object));
+        let told = match (value.get("value"), value.get("u"), tables) {
+            (Some(value), Some(u), _) => html! { (value) " \u{b1} " (u) " (standard)" },
+            (_, _, Some(tables)) => html! { @for table in tables { code.line { (table) } } },
+            _ => cell(value.as_str().map_or_else(|| value.to_string(), str::to_owned)),
         };
         vec![name(parameter), told]
     });

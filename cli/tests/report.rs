@@ -1,5 +1,6 @@
 //! `report`: what the page says of a result, and of what is none.
 #![allow(clippy::unwrap_used, reason = "a test that cannot be set up has failed")]
+#![allow(clippy::print_stdout, reason = "a test tells its figures")]
 
 mod common;
 
@@ -173,8 +174,7 @@ fn the_verdict_says_what_the_result_does() {
     let head = sections.next().unwrap().to_owned();
     let six: Vec<&str> = [0, 1, 2, 3, 4, 6].into_iter().map(|k| sections.clone().nth(k).unwrap()).collect();
     let six = [head.as_str()].into_iter().chain(six).collect::<Vec<_>>().join("[[touch]]");
-    let six: String =
-        six.lines().filter(|line| !line.starts_with("sigma")).map(|line| format!("{line}\n")).collect();
+    let six: String = six.split_inclusive('\n').filter(|line| !line.starts_with("sigma")).collect();
     let report = Reported::new(&six, &[], &[]);
     assert_eq!(report.text_of(".headline"), "Frame found; how sure it is cannot be told.");
     assert!(report.answer("Do the touches agree").contains("nothing checks them"));

@@ -324,6 +324,7 @@ fn what_is_no_result_is_refused() {
         (result(&|r| r["frame"]["quaternion_xyzw"][0] = 0.5.into()), "contradicts itself"),
         (result(&|r| r["covariance"]["matrix"][0][0] = (-1).into()), "covariance"),
         (result(&|r| r["covariance"]["matrix"][0][1] = 1.into()), "covariance"),
+        (result(&|r| r["fixture"]["parameters"]["radius"] = 1e14.into()), "farther than any probe"),
         (result(&|r| r["probe"]["sigma"] = (-1).into()), "sigma"),
     ];
     for (content, expected) in cases {

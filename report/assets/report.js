@@ -49,6 +49,7 @@
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const add = (a, b, times = 1) => [a[0] + times * b[0], a[1] + times * b[1], a[2] + times * b[2]];
   const normalLength = scene.normal / scene.parts;
+  const tipRadius = scene.tip_radius / scene.parts;
   const origin = unit(scene.origin);
   const axes = scene.axes.map(unit);
   const patches = scene.patches.map((patch) => ({
@@ -59,6 +60,7 @@
   const touches = scene.touches.map((touch) => ({
     ...touch,
     foot: unit(touch.foot),
+    tip: unit(touch.tip),
     normal: unit(touch.normal),
     residual: touch.residual / scene.parts,
   }));
@@ -218,6 +220,11 @@
     if (shown("normals")) {
       path([touch.foot, add(touch.foot, touch.normal, normalLength)]);
       stroke(ink, 1);
+      if (tipRadius * scale > 4) {
+        paint.beginPath();
+        paint.arc(...at(touch.tip), tipRadius * scale, 0, 2 * Math.PI);
+        stroke(colour.faint, 0.8);
+      }
     }
     if (shown("residuals") && !touch.excluded) {
       paint.lineCap = "round";

@@ -146,7 +146,7 @@ fn picture(subject: &Subject<'_>, scene: Option<&Scene>) -> Markup {
     };
     let layers = [
         ("surfaces", "surfaces", true),
-        ("normals", "normals", true),
+        ("normals", "normals and tips", true),
         ("residuals", "residuals", true),
         ("ellipsoids", "uncertainty", !scene.ellipsoids.is_empty()),
         ("ghosts", "rejected frames", !scene.ghosts.is_empty()),
@@ -199,6 +199,7 @@ fn caption(subject: &Subject<'_>, scene: &Scene) -> Markup {
             @if scene.ghosts_left_out > 0 { ", the best " (scene.ghosts.len()) " of " (scene.ghosts.len() + scene.ghosts_left_out) }
             ". "
         }
+        @if scene.tip_radius > 0.0 { "Circles are the tips of the probe. " }
         "Surfaces are drawn as far as they were touched or can be reached. X, Y and Z are the fixture's axes; those of the parent \
          stand in the corner. Seen without perspective."
     }

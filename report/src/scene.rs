@@ -36,6 +36,8 @@ pub struct Scene {
     pub patches: Vec<Patch>,
     /// The touches, in input order.
     pub touches: Vec<TouchMark>,
+    /// Radius of the probe's tip.
+    pub tip_radius: f64,
     /// By how much residuals are drawn longer than they are.
     pub residuals_magnified: f64,
     /// Uncertainty of places on the fixture: of its origin first, then of the touches.
@@ -148,6 +150,7 @@ impl Scene {
             axis,
             patches,
             touches,
+            tip_radius: subject.probe.tip_radius,
             residuals_magnified: magnification(largest, 0.16 * radius),
             ellipsoids,
             ellipsoids_magnified: magnification(widest, 0.12 * radius),

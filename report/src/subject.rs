@@ -5,7 +5,7 @@ use touchref_analysis::{
     Linear, Observation, Reliability, Test, Uncertainty, linear::lever, uncertainty::Spread,
 };
 use touchref_core::{
-    Covariance, Fixture, Frame, Probe, Problem, Registry, Shape, SigmaSource, Touch, Unknown,
+    Covariance, Fixture, Frame, Probe, Problem, Registry, Shape, SigmaSource, Surface, Touch, Unknown,
     statistics::{chi_square_level, f_level, student_factor},
 };
 use touchref_io::{InputError, SolutionRecord, Units};
@@ -100,6 +100,11 @@ impl<'a> Subject<'a> {
     /// That no number is absurd.
     fn check(&self) -> Result<(), InputError> {
         let near = |point: &[f64]| point.iter().all(|v| v.abs() < FARTHEST);
+        let ends = |surface: &Surface| [0.0, 0.5, 1.0].map(|v| surface.point_at(v, v));
+        let mut ends = self.fixture.surfaces().iter().flat_map(ends);
+        if !ends.all(|end| near(end.coords.as_slice())) {
+            return Err(wrong("fixture", "reaches farther than any probe"));
+        }
         let Self { record, frame, covariance, .. } = self;
         if !near(&record.frame.origin) {
             return Err(wrong("frame.origin", "is farther away than any probe reaches"));

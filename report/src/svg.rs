@@ -230,7 +230,10 @@ impl<'a> Picture<'a> {
     }
 
     fn touches(&self) -> Markup {
+        /// A tip of a radius below this is hidden behind the mark of its touch.
+        const SEEN: f64 = 4.0;
         let numbered = self.scene.touches.len() <= MOST_NUMBERED;
+        let tip_radius = self.scene.tip_radius * self.scale;
         html! {
             @for (index, touch) in self.scene.touches.iter().enumerate() {
                 @let foot = self.at(&touch.foot);
@@ -241,6 +244,10 @@ impl<'a> Picture<'a> {
                 g class=(class) opacity=(if seen { "1" } else { "0.45" }) stroke=(colour) fill=(colour) {
                     title { (touch.text) }
                     g class="normal" stroke-width="1" { (line(foot, end)) }
+                    @if tip_radius > SEEN {
+                        @let tip = self.at(&touch.tip);
+                        circle class="tip" cx=(tenth(tip.x)) cy=(tenth(tip.y)) r=(tenth(tip_radius)) fill="none" stroke="#8a8f98" stroke-width="0.8" {}
+                    }
                     @if !touch.excluded {
                         g class="residual" stroke="#c2571a" stroke-width="4" stroke-linecap="round" { (line(foot, off)) }
                     }

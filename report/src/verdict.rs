@@ -105,6 +105,8 @@ fn sureness(subject: &Subject<'_>) -> String {
     };
     let (u, direction) = place.worst();
     let (turn, axis) = turn.worst();
+    let sigma = covariance.sigma.is_finite().then(|| format!("{} {units}", short(covariance.sigma)));
+    let sigma = sigma.unwrap_or_else(|| "a size that the result does not tell".to_owned());
     let source = match subject.degrees_of_freedom() {
         None => "as stated".to_owned(),
         Some(degrees) => format!(
@@ -114,13 +116,12 @@ fn sureness(subject: &Subject<'_>) -> String {
     };
     format!(
         "At {} % coverage the origin is known to \u{b1}{} {units} where it is known least, along {}; the orientation to \
-         \u{b1}{} degrees, about {}. This rests on a sigma of one touch of {} {units}, {source} (coverage factor {}).",
+         \u{b1}{} degrees, about {}. This rests on a sigma of one touch of {sigma}, {source} (coverage factor {}).",
         short(100.0 * PROBABILITY),
         short(factor * u),
         along(&direction),
         short((factor * turn).to_degrees()),
         along(&axis),
-        short(covariance.sigma),
         fixed(factor, 2),
     )
 }

@@ -42,7 +42,7 @@ pub(crate) fn json(scene: &Scene) -> Value {
             "text": touch.text,
             "foot": place(&touch.foot),
             "normal": direction(&touch.normal),
-            "tip": length((touch.tip - touch.foot).norm()),
+            "tip": place(&touch.tip),
             "residual": length(touch.residual * scene.residuals_magnified),
             "excluded": touch.excluded,
         })
@@ -68,6 +68,7 @@ pub(crate) fn json(scene: &Scene) -> Value {
         "origin": place(&scene.frame.origin),
         "axes": (0..3).map(|k| vector(scene.frame.axis(k) * scene.axis)).collect::<Vec<_>>(),
         "normal": part(NORMAL),
+        "tip_radius": length(scene.tip_radius),
         "patches": patches.collect::<Vec<_>>(),
         "touches": touches.collect::<Vec<_>>(),
         "ellipsoids": ellipsoids.collect::<Vec<_>>(),

@@ -75,6 +75,7 @@
 //! | [`solvers`] | one file a solver |
 //! | [`analysis`] | simulated measurements, studies of how often a frame is right, refused or wrong, reference data; propagation of uncertainty |
 //! | [`conformance`] | does a plugin keep what the traits promise? |
+//! | [`report`] | a result as one page that opens by itself, and its picture |
 //! | [`io`] | measurement files, touch tables, results as JSON, frames in the words of machines |
 //!
 //! The command line `touchref` is the package `touchref-cli`, a library too: link your own plugins into a binary of a
@@ -100,6 +101,7 @@ pub use touchref_analysis::conformance;
 pub use touchref_core::*;
 pub use touchref_fixtures as fixtures;
 pub use touchref_io as io;
+pub use touchref_report as report;
 pub use touchref_solvers as solvers;
 
 /// What a program that locates fixtures needs.

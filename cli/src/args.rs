@@ -58,6 +58,7 @@ pub(crate) enum Command {
     History(commands::history::Args),
     Export(commands::export::Args),
     Schema(commands::schema::Args),
+    Report(commands::report::Args),
     Completions(commands::completions::Args),
     Man(commands::man::Args),
 }
@@ -83,6 +84,7 @@ impl Command {
             Self::History(args) => args.run(),
             Self::Export(args) => args.run(registry),
             Self::Schema(args) => args.run(registry),
+            Self::Report(args) => args.run(registry),
             Self::Completions(args) => Ok(args.run(registry)),
             Self::Man(args) => args.run(),
         }

@@ -16,6 +16,7 @@ pub(crate) mod man;
 pub(crate) mod plan;
 pub(crate) mod reliability;
 pub(crate) mod schema;
+pub(crate) mod report;
 pub(crate) mod simulate;
 pub(crate) mod study;
 pub(crate) mod uncertainty;

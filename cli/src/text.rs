@@ -8,7 +8,6 @@ mod gauge;
 mod guide;
 mod history;
 mod log;
-mod number;
 mod plan;
 mod plugins;
 mod reliability;
@@ -17,6 +16,8 @@ mod sheet;
 mod solution;
 mod study;
 mod uncertainty;
+
+use touchref::io::number;
 
 pub(crate) use calibration::calibration;
 pub(crate) use comparison::comparison;

@@ -38,7 +38,8 @@ impl SolutionRecord {
         };
         let kind: Kind = serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
         if kind.schema == refusal::SCHEMA {
-            return Err(wrong("it tells a refusal, which has no frame".to_owned()));
+            return Err(wrong("it is a refusal".to_owned())
+                .with_help("a refused measurement has no frame: see in the file why, and locate again"));
         }
         if kind.schema != SCHEMA {
             return Err(wrong(format!("its schema is {}, not {SCHEMA}", kind.schema)));

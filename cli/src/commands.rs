@@ -1,5 +1,6 @@
 //! The subcommands, one file each: what was typed becomes what is to be printed.
 
+pub(crate) mod batch;
 pub(crate) mod calibrate;
 pub(crate) mod compare;
 pub(crate) mod completions;

@@ -1,5 +1,6 @@
 //! Results and failures for people.
 
+mod batch;
 mod calibration;
 mod comparison;
 mod element;
@@ -17,6 +18,7 @@ mod solution;
 mod study;
 mod uncertainty;
 
+pub(crate) use batch::batch;
 use touchref::io::number;
 
 pub(crate) use calibration::calibration;

@@ -276,7 +276,9 @@ impl Lines {
             let fields = || text.split([',', ';', '\t']).map(str::trim);
             let is_header = fields().all(|field| field.replace(',', ".").parse::<f64>().is_err());
             let header = if is_header { text } else { HEADERS[usize::from(fields().count() > 4)] };
-            *self = Self::Table(Box::new(TableReader::of_rows(header, INPUT, &names)?));
+            *self = Self::Table(Box::new(
+                TableReader::of_rows(header, INPUT, &names)?.in_units(session.setup.measurement.units),
+            ));
             if is_header {
                 return Ok(Line::Nothing);
             }

@@ -18,7 +18,7 @@ use arrow_schema::DataType;
 
 pub use columns::UNITS_KEY;
 pub use frames::OK;
-pub use locator::{Counts, Locator, Refusal, Stream};
+pub use locator::{Counts, Located, Locator, Refusal, Stream};
 pub use placement::{Name, Placement};
 
 /// What placements are called in a table.

@@ -58,6 +58,15 @@ impl From<&InputError> for Refusal {
     }
 }
 
+/// Some placements of a file, located.
+#[derive(Debug, Clone)]
+pub struct Located {
+    /// Their frames.
+    pub frames: RecordBatch,
+    /// How many rows of the file were theirs.
+    pub rows: u64,
+}
+
 /// How many placements came to what.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Counts(pub BTreeMap<&'static str, u64>);
@@ -114,12 +123,12 @@ impl<'a> Locator<'a> {
     pub fn run<E: From<InputError> + Send>(
         &self,
         source: &mut dyn Source,
-        sink: &mut (dyn FnMut(&RecordBatch) -> Result<(), E> + Send),
+        sink: &mut (dyn FnMut(&Located) -> Result<(), E> + Send),
     ) -> Result<Counts, E> {
         let schema = self.schema(source.names());
         let mut counts = Counts::default();
         let mut read = chunk(source)?;
-        let mut found: Option<RecordBatch> = None;
+        let mut found: Option<Located> = None;
         while !read.is_empty() || found.is_some() {
             let ((outcomes, next), written) = rayon::join(
                 || rayon::join(|| self.outcomes(&read), || chunk(source)),
@@ -129,7 +138,11 @@ impl<'a> Locator<'a> {
             for outcome in &outcomes {
                 *counts.0.entry(frames::status(outcome)).or_default() += 1;
             }
-            found = if read.is_empty() { None } else { Some(batch(&schema, &read, &outcomes)?) };
+            found = None;
+            if !read.is_empty() {
+                let rows = read.iter().map(|placement| placement.rows).sum();
+                found = Some(Located { frames: batch(&schema, &read, &outcomes)?, rows });
+            }
             read = next?;
         }
         Ok(counts)

@@ -45,6 +45,8 @@ impl fmt::Display for Name {
 pub struct Placement {
     /// What it is called.
     pub name: Name,
+    /// How many rows of the table are its.
+    pub rows: u64,
     /// Its touches, in the order of the table.
     pub touches: Result<Vec<Touch>, InputError>,
 }
@@ -74,6 +76,7 @@ impl Gathering {
         if let Some(current) = &mut self.current
             && current.name == *name
         {
+            current.rows += 1;
             match (&mut current.touches, touch) {
                 (Ok(touches), Ok(touch)) => touches.push(touch),
                 (Ok(_), Err(error)) => current.touches = Err(error),
@@ -87,7 +90,7 @@ impl Gathering {
                 .with_key("placement")
                 .with_help("the touches of a placement stand together: sort the table by `placement`"));
         }
-        let next = Placement { name: name.clone(), touches: touch.map(|touch| vec![touch]) };
+        let next = Placement { name: name.clone(), rows: 1, touches: touch.map(|touch| vec![touch]) };
         Ok(self.current.replace(next))
     }
 

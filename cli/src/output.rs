@@ -179,6 +179,11 @@ pub(crate) fn progress(steps: u64) -> Progress {
     Progress(bar(Some(steps), "{wide_bar} {pos} of {len}, {eta} left"))
 }
 
+/// The same for work of which nobody knows how much there is.
+pub(crate) fn progress_without_end() -> Progress {
+    Progress(bar(None, "{spinner} {pos}, {elapsed}"))
+}
+
 /// A bar in this style; hidden where nobody could see it, or wants to.
 fn bar(steps: Option<u64>, template: &str) -> ProgressBar {
     // A dumb terminal cannot go back on its line.

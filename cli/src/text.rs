@@ -18,9 +18,9 @@ mod solution;
 mod study;
 mod uncertainty;
 
-pub(crate) use batch::batch;
 use touchref::io::number;
 
+pub(crate) use batch::batch;
 pub(crate) use calibration::calibration;
 pub(crate) use comparison::comparison;
 pub(crate) use element::element;

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, io, path::PathBuf};
 
 use clap::ValueEnum;
-use indicatif::ProgressBar;
+use schemars::JsonSchema;
 use serde::Serialize;
 use touchref::{
     Registry,
@@ -12,7 +12,7 @@ use touchref::{
         table::{self, Form},
     },
     io::{
-        Input, InputError, Measurement,
+        Input, InputError, Measurement, schema,
         solution::{FixtureRecord, ProbeRecord, WarningRecord},
     },
 };
@@ -20,7 +20,7 @@ use touchref::{
 use crate::{
     args::Format,
     failure::Failure,
-    output::{NewFile, Output, progress},
+    output::{NewFile, Output, progress, progress_without_end},
     setup::{NearArgs, SolverArgs, ThreadArgs},
     text,
 };
@@ -73,18 +73,31 @@ impl From<InputForm> for Form {
     }
 }
 
+/// What [`BatchRecord`] states.
+pub(super) const SCHEMA: &str = "touchref.batch/1";
+
 /// The JSON of `batch`: what became of how many placements.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct BatchRecord {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// The fixture.
     fixture: FixtureRecord,
+    /// Name of the solver.
     solver: &'static str,
+    /// Unit of every length.
+    #[schemars(schema_with = "schema::units")]
     units: &'static str,
+    /// The probe as used.
     probe: ProbeRecord,
+    /// The table of frames.
     pub(crate) output: String,
+    /// How many there were.
     pub(crate) placements: u64,
-    /// By status: `ok`, or the code of the refusal.
+    /// How many by status: `ok`, or the code of the refusal.
     pub(crate) status: BTreeMap<&'static str, u64>,
+    /// What the user should know although the table is there.
     warnings: Vec<WarningRecord>,
 }
 
@@ -116,7 +129,7 @@ impl Args {
             near,
         };
         let mut source = table::open(&input, form, &*fixture, measurement.units)?;
-        let bar = source.rows().map_or_else(ProgressBar::new_spinner, progress);
+        let bar = source.rows().map_or_else(progress_without_end, progress);
         let unwritable = |error: io::Error| Failure::writing(self.output.display(), &error);
         let mut new = NewFile::create(&self.output).map_err(unwritable)?;
         let schema = locator.schema(source.names());
@@ -124,11 +137,11 @@ impl Args {
         let pool = self.threads.pool()?;
         let counts = pool.install(|| {
             locator.run(&mut *source, &mut |located| {
-                bar.inc(located.num_rows() as u64);
-                frames.write(located).map_err(unwritable)
+                bar.inc(located.rows);
+                frames.write(&located.frames).map_err(unwritable)
             })
         });
-        bar.finish_and_clear();
+        drop(bar);
         let counts = counts?;
         if counts.placements() == 0 {
             let error = InputError::new("too-few-touches", "the table has columns but no touches");
@@ -149,7 +162,7 @@ impl Args {
         warnings: Vec<WarningRecord>,
     ) -> BatchRecord {
         BatchRecord {
-            schema: "touchref.batch/1",
+            schema: SCHEMA,
             fixture: FixtureRecord::new(locator.fixture.kind(), locator.fixture.parameters()),
             solver: locator.solver.name(),
             units: measurement.units.name(),

@@ -370,6 +370,7 @@ impl Iterator for TableReader {
 ///
 /// The names of one or two letters are near to too much: only another case or a unit behind them counts (`X`,
 /// `x_mm`, `x [mm]`).
+#[must_use]
 pub fn nearest_column(name: &str) -> Option<&'static str> {
     let lower = name.to_lowercase();
     let stem = lower.split(|c: char| !c.is_alphanumeric()).next().unwrap_or("");

@@ -37,11 +37,9 @@ impl SolutionRecord {
             InputError::new("invalid-input", message).with_file(name).with_help(EXPECTED)
         };
         let kind: Kind = serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
-        if kind.schema == refusal::SCHEMA {
-            return Err(wrong("it tells a refusal, which has no frame".to_owned()));
-        }
         if kind.schema != SCHEMA {
-            return Err(wrong(format!("its schema is {}, not {SCHEMA}", kind.schema)));
+            let refused = if kind.schema == refusal::SCHEMA { ": a refusal has no frame" } else { "" };
+            return Err(wrong(format!("its schema is {}, not {SCHEMA}{refused}", kind.schema)));
         }
         let record: Self = serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
         record.located_frame().ok_or_else(|| wrong("its frame has no rotation".to_owned()))?;

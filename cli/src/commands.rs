@@ -1,5 +1,6 @@
 //! The subcommands, one file each: what was typed becomes what is to be printed.
 
+pub(crate) mod batch;
 pub(crate) mod calibrate;
 pub(crate) mod compare;
 pub(crate) mod completions;
@@ -15,6 +16,7 @@ pub(crate) mod log;
 pub(crate) mod man;
 pub(crate) mod plan;
 pub(crate) mod reliability;
+pub(crate) mod report;
 pub(crate) mod schema;
 pub(crate) mod simulate;
 pub(crate) mod study;

@@ -1,5 +1,6 @@
 //! Results and failures for people.
 
+mod batch;
 mod calibration;
 mod comparison;
 mod element;
@@ -8,15 +9,18 @@ mod gauge;
 mod guide;
 mod history;
 mod log;
-mod number;
 mod plan;
 mod plugins;
 mod reliability;
+mod search;
 mod sheet;
 mod solution;
 mod study;
 mod uncertainty;
 
+use touchref::io::number;
+
+pub(crate) use batch::batch;
 pub(crate) use calibration::calibration;
 pub(crate) use comparison::comparison;
 pub(crate) use element::element;
@@ -28,6 +32,7 @@ pub(crate) use log::log;
 pub(crate) use plan::{next, plan};
 pub(crate) use plugins::{description, listing, schemas};
 pub(crate) use reliability::reliability;
+pub(crate) use search::search;
 pub(crate) use solution::solution;
 pub(crate) use study::study;
 pub(crate) use uncertainty::uncertainty;
@@ -41,6 +46,11 @@ pub(crate) struct Look {
     pub(crate) unicode: bool,
     /// Columns of a line of prose.
     pub(crate) width: usize,
+}
+
+/// A line for standard error: whole where a program may read it, wrapped on a terminal.
+pub(crate) fn note(line: &str, look: Look) -> String {
+    if look.terminal { textwrap::fill(line, look.width) } else { line.to_owned() }
 }
 
 impl Look {

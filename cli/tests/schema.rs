@@ -132,6 +132,7 @@ fn folder() -> Folder {
         .with("inconsistent.toml", paper().replace("radius = 1.0", "radius = 1.04"))
         .with("bare.toml", without_touches())
         .with("table.csv", TABLE)
+        .with("placed.csv", TABLE.replace("\n", ",a\n").replacen(",a", ",placement", 1))
         .with("points.csv", "x,y,z\n0,0,0\n1,0,0.01\n0,1,0\n1,1,-0.01\n")
 }
 
@@ -184,6 +185,7 @@ fn what_the_other_commands_print_is_valid() {
         folder.run(&["locate", file, "--record", "cell.db"], b"");
     }
     let cases: &[(&str, &[&str])] = &[
+        ("batch", &["batch", "placed.csv", "--measurement", "bare.toml", "-o", "frames.csv"]),
         ("calibration", &["calibrate", "calibration.toml"]),
         ("comparison", &["compare", "before.json", "after.json", "--at", "1,2,3"]),
         ("comparison", &["compare", "before.json", "before.json"]),
@@ -303,7 +305,7 @@ fn sources() -> String {
         }
     }
     let mut texts = String::new();
-    for package in ["core", "solvers", "io", "cli"] {
+    for package in ["core", "solvers", "io", "batch", "report", "cli"] {
         read(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..").join(package).join("src"), &mut texts);
     }
     texts

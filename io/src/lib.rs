@@ -8,8 +8,8 @@
 //! * [`frame`]: frames as text;
 //! * [`dialect`]: a frame in the words of the machine that will use it;
 //! * [`export`]: results in the forms that other programs read;
-//! * [`number`]: numbers as text;
 //! * [`schema`]: JSON Schema of all of these;
+//! * [`number`] and [`words`]: numbers as text, and what results say, in words;
 //! * [`mod@write`]: measurement files and touch tables as text;
 //! * `history`, a feature of that name: results kept over time.
 //!
@@ -35,6 +35,7 @@ pub mod source;
 pub mod table;
 mod tree;
 mod walk;
+pub mod words;
 pub mod write;
 
 pub use calibration::CalibrationRecord;

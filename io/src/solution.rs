@@ -389,17 +389,35 @@ impl From<&Adjustment> for AdjustmentRecord {
 }
 
 /// How an iteration ended.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct IterationRecord {
     /// Steps made.
     pub steps: usize,
     /// The criterion that ended it: `gradient`, `step` or `cost`.
     pub stopped_by: String,
+    /// What each step did; left out where nobody asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub history: Option<Vec<StepRecord>>,
+}
+
+/// One step of an iteration.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct StepRecord {
+    /// Squared misfit after it.
+    pub chi_square: Option<f64>,
+    /// Largest cosine between the residuals and a column of the Jacobian, before it.
+    pub gradient: Option<f64>,
+    /// Length of the step tried: translation in parts of the fixture's size, plus rotation in radians.
+    pub step: Option<f64>,
+    /// Marquardt's damping of it.
+    pub damping: Option<f64>,
+    /// Whether it led downhill and was taken.
+    pub taken: bool,
 }
 
 impl From<Iteration> for IterationRecord {
     fn from(iteration: Iteration) -> Self {
-        Self { steps: iteration.steps, stopped_by: iteration.stopped_by.to_owned() }
+        Self { steps: iteration.steps, stopped_by: iteration.stopped_by.to_owned(), history: None }
     }
 }
 

@@ -193,7 +193,8 @@ impl<'a> Field<'a> {
 }
 
 /// The direction of a vector; `None` when it is zero or too long to tell.
-pub(crate) fn direction(vector: Vector3<f64>) -> Option<Unit<Vector3<f64>>> {
+#[must_use]
+pub fn direction(vector: Vector3<f64>) -> Option<Unit<Vector3<f64>>> {
     // Scaled first: the squares of very small or large components leave the range of numbers.
     let scaled = vector / vector.amax();
     Unit::try_new(scaled, 0.0).filter(|unit| unit.iter().all(|v| v.is_finite()))

@@ -42,9 +42,12 @@ pub(crate) const SCHEMA: &str = "touchref.comparison/1";
 /// motions when nothing has moved (F where the residuals tell the noise); beyond its limit at --alpha the fixture has
 /// moved. Exit status 0: nothing has moved; 1: something has; 2: the input or the call is wrong.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref compare cell.db --baseline 5 --series\n\
+\x20 touchref compare before.json after.json")]
 pub(crate) struct Args {
     /// Result file; or the frames in a store, FILE, or one of them, FILE#NUMBER. In the order of time
-    #[arg(value_name = "RESULT", required = true)]
+    #[arg(value_name = "RESULT", required = true, value_hint = clap::ValueHint::FilePath)]
     results: Vec<String>,
     #[command(flatten)]
     selection: SelectionArgs,

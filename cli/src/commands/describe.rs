@@ -18,6 +18,9 @@ pub(crate) const SCHEMA: &str = "touchref.describe/1";
 /// Tell parameters, surfaces, touches and frame of a fixture, what a solver does, what the numbers of a dialect mean,
 /// or what is read of a log
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref describe cylinder-plane\n\
+\x20 touchref describe kuka-dat")]
 pub(crate) struct Args {
     /// A fixture, a solver, a dialect or a format of logs
     name: String,

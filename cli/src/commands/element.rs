@@ -26,6 +26,8 @@ pub(crate) const SCHEMA: &str = "touchref.element/1";
 /// The surface is the one through the tip centres: where the tip has a radius, a size counts it in. Minimises the sum of
 /// squared distances, from starts all around; says how many distinct minima it saw.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref element plane touches.csv --surface plane")]
 pub(crate) struct Args {
     /// Kind of surface
     #[arg(value_name = "KIND", value_parser = kinds())]

@@ -27,6 +27,8 @@ pub(crate) const SCHEMA: &str = "touchref.gauge/1";
 /// within half a unit of the last digit published, and for a Monte Carlo result within so much more as ours scatters (chance
 /// 1e-5 of being further off); NOTE is a figure that does not, for a reason that is known. Exit status 0: no other differs; 1: one does.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref gauge --samples 10000")]
 pub(crate) struct Args {
     /// Seed: the same seed gives the same figures, whatever the number of threads
     #[arg(long, value_name = "N", default_value_t = Settings::default().seed)]
@@ -120,7 +122,7 @@ impl Args {
             records.push(ExampleRecord::new(example, figures));
             bar.inc(1);
         }
-        bar.finish_and_clear();
+        drop(bar);
         let record = GaugeRecord::new(settings, records);
         let output = Output::in_form(self.format, &record, &[], text::gauge);
         Ok(output.with_status(record.status()))

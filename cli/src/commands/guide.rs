@@ -47,6 +47,8 @@ const UNDO: &str = "undo";
 /// been made where it was asked for. Ends with exit status 0 and the frame when it is accepted and the target met; with 1
 /// when the input ends before that.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref guide examples/cube.toml")]
 pub(crate) struct Args {
     #[command(flatten)]
     measurement: MeasurementArgs,
@@ -99,6 +101,8 @@ pub(crate) struct Answer {
     pub(crate) touch: Option<usize>,
     /// The surface of that touch.
     pub(crate) surface: Option<String>,
+    /// What the line took back.
+    pub(crate) undone: Option<Undone>,
     /// Motions to determine, and which of them are still free.
     pub(crate) unknowns: usize,
     /// Motions that are still free, in words.
@@ -122,6 +126,14 @@ pub(crate) struct Answer {
     pub(crate) warnings: Vec<WarningRecord>,
     /// The result, as of `locate`.
     pub(crate) solution: Option<SolutionRecord>,
+}
+
+/// A touch that was taken back; nothing where there was none.
+#[derive(Debug, Serialize)]
+pub(crate) struct Undone {
+    /// Which it was, from 0, and its surface.
+    pub(crate) touch: Option<usize>,
+    pub(crate) surface: Option<String>,
 }
 
 /// What there is so far.
@@ -156,7 +168,7 @@ enum Line {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Undo {
+struct UndoLine {
     undo: bool,
 }
 
@@ -209,8 +221,8 @@ impl Args {
             answer = match lines.read(number, &text, session) {
                 Ok(Line::Nothing) => continue,
                 Ok(Line::Undo) => {
-                    session.undo();
-                    session.answer(Some(number))?
+                    let undone = Some(session.undo());
+                    Answer { undone, ..session.answer(Some(number))? }
                 }
                 Ok(Line::Touch(record)) => match session.add(*record) {
                     Ok(()) => session.answer(Some(number))?,
@@ -264,14 +276,16 @@ impl Lines {
             let fields = || text.split([',', ';', '\t']).map(str::trim);
             let is_header = fields().all(|field| field.replace(',', ".").parse::<f64>().is_err());
             let header = if is_header { text } else { HEADERS[usize::from(fields().count() > 4)] };
-            *self = Self::Table(Box::new(TableReader::of_rows(header, INPUT, &names)?));
+            *self = Self::Table(Box::new(
+                TableReader::of_rows(header, INPUT, &names)?.in_units(session.setup.measurement.units),
+            ));
             if is_header {
                 return Ok(Line::Nothing);
             }
         }
         let record = match self {
             Self::Table(table) => table.row(number, text)?,
-            _ if serde_json::from_str::<Undo>(text).is_ok_and(|line| line.undo) => return Ok(Line::Undo),
+            _ if serde_json::from_str::<UndoLine>(text).is_ok_and(|line| line.undo) => return Ok(Line::Undo),
             _ => TouchRecord::from_json(INPUT, number, text)?,
         };
         Ok(Line::Touch(Box::new(record)))
@@ -298,10 +312,11 @@ impl Session<'_> {
         Ok(())
     }
 
-    fn undo(&mut self) {
-        self.records.pop();
+    fn undo(&mut self) -> Undone {
         self.touches.pop();
         self.assumed.pop();
+        let surface = self.records.pop().map(|record| record.surface);
+        Undone { touch: surface.is_some().then_some(self.touches.len()), surface }
     }
 
     /// What there is to say of a line that cannot be used; all is as before.
@@ -322,6 +337,7 @@ impl Session<'_> {
             touches: self.touches.len(),
             touch: self.touches.len().checked_sub(1),
             surface: self.records.last().map(|record| record.surface.clone()),
+            undone: None,
             unknowns: 6 - self.setup.fixture.freedom().count(),
             free: Vec::new(),
             missing: None,

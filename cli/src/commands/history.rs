@@ -27,6 +27,9 @@ pub(crate) const SCHEMA: &str = "touchref.history/1";
 ///
 /// Times are UTC: 2026-01-31, 2026-01-31T12:00, 2026-01-31T12:00:00Z.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref history cell.db --last 10\n\
+\x20 touchref history cell.db --export results")]
 pub(crate) struct Args {
     /// Store
     #[arg(value_name = "FILE")]
@@ -37,7 +40,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum, default_value_t)]
     format: ListFormat,
     /// Instead of listing, write each frame to this folder, as the result file NUMBER.json
-    #[arg(long, value_name = "FOLDER", conflicts_with = "format")]
+    #[arg(long, value_name = "FOLDER", conflicts_with = "format", value_hint = clap::ValueHint::DirPath)]
     export: Option<PathBuf>,
 }
 

@@ -12,6 +12,9 @@ pub(crate) const SCHEMA: &str = "touchref.list/1";
 
 /// List the fixtures, solvers, dialects and formats of logs there are
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref list\n\
+\x20 touchref list dialects")]
 pub(crate) struct Args {
     /// Only these
     #[arg(value_enum)]

@@ -21,6 +21,9 @@ pub(crate) const SCHEMA: &str = "touchref.log/1";
 /// A section `[log]` of a measurement says which of them is a touch of which surface; `touchref describe FORMAT` shows
 /// one.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref log examples/logs/probe.dat --from kuka-dat\n\
+\x20 touchref log examples/logs/export.csv --from csv --columns \"X [mm],Y [mm],Z [mm]\"")]
 pub(crate) struct Args {
     /// The log, or - for standard input
     #[arg(value_name = "LOG")]

@@ -20,7 +20,7 @@ use crate::{
     args::Format,
     failure::Failure,
     layout::per_surface,
-    output::{Output, write_file},
+    output::{Output, working, write_file},
     planning::{CriterionArg, PlaceRecord, PlanningArgs, can_aim, coverage_factor, length},
     setup::{FULL_MARGIN, MeasurementArgs, NearArgs, Setup, SolverArgs},
     text,
@@ -38,6 +38,9 @@ pub(crate) const SCHEMA: &str = "touchref.plan/1";
 /// one that separates the frames that fit.
 /// Exit status 1: no such layout stands, or the target is not met.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref plan examples/three-sphere.toml --at 300,0,0\n\
+\x20 touchref plan examples/nederbragt-ravani.toml --next")]
 pub(crate) struct Args {
     #[command(flatten)]
     measurement: MeasurementArgs,
@@ -195,10 +198,14 @@ impl Args {
         if self.next {
             return self.next(&setup, &planner, near);
         }
-        let plan = planner.plan(&self.wanted(&setup)?).map_err(Failure::from)?;
+        let wanted = self.wanted(&setup)?;
+        let working = working("looking for the best layout");
+        let plan = planner.plan(&wanted);
+        drop(working);
+        let plan = plan.map_err(Failure::from)?;
         let record = self.record(&setup, &plan, near.as_ref());
         self.write(&setup, &plan, near.as_ref())?;
-        Ok(Output::in_form(self.format, &record, &[], text::plan))
+        Ok(Output::in_form(self.format, &record, &record.warnings, text::plan))
     }
 
     fn wanted(&self, setup: &Setup) -> Result<Wanted, InputError> {
@@ -284,7 +291,10 @@ impl Args {
     }
 
     fn next(&self, setup: &Setup, planner: &Planner<'_>, near: Option<Frame>) -> Result<Output, Failure> {
-        let (next, frames) = next(setup, planner, near)?;
+        let working = working("looking for the best touch");
+        let found = next(setup, planner, near);
+        drop(working);
+        let (next, frames) = found?;
         let record = NextRecord {
             schema: SCHEMA,
             fixture: FixtureRecord::new(setup.fixture.kind(), setup.fixture.parameters()),
@@ -292,7 +302,7 @@ impl Args {
             next: NextTouch::new(planner, &next, frames.first(), frames.len()),
             warnings: setup.warnings().iter().map(WarningRecord::from).collect(),
         };
-        Ok(Output::in_form(self.format, &record, &[], text::next))
+        Ok(Output::in_form(self.format, &record, &record.warnings, text::next))
     }
 }
 

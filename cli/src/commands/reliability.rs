@@ -37,6 +37,8 @@ pub(crate) const WEAK: f64 = 0.1;
 /// the others see (redundancy), the smallest error that is noticed, how the frame moves when that is not, how it moves
 /// when the touch is left out, and for which other touches an error would be taken.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref reliability examples/cube.toml --at 300,0,0")]
 pub(crate) struct Args {
     #[command(flatten)]
     of: UseArgs,

@@ -11,7 +11,8 @@ use touchref::{
 };
 
 use super::{
-    compare, describe, element, gauge, guide, history, list, log, plan, reliability, study, uncertainty,
+    batch, compare, describe, element, gauge, guide, history, list, log, plan, reliability, study,
+    uncertainty,
 };
 use crate::{
     failure::Failure,
@@ -54,6 +55,7 @@ pub(crate) const ALL: &[Entry] = &[
     entry("error", "what any command prints where there is no result", |_| {
         schema::of::<ErrorRecord>(refusal::SCHEMA)
     }),
+    entry("batch", "what `batch` prints", |_| schema::of::<batch::BatchRecord>(batch::SCHEMA)),
     entry("calibration", "what `calibrate` prints", |_| schema::of::<CalibrationRecord>(calibration::SCHEMA)),
     entry("comparison", "what `compare` prints", |_| {
         schema::of::<compare::ComparisonRecord>(compare::SCHEMA)

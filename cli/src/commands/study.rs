@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use rayon::{ThreadPool, ThreadPoolBuilder};
 use schemars::JsonSchema;
 use serde::Serialize;
 use touchref::{
@@ -19,7 +18,7 @@ use crate::{
     failure::Failure,
     layout::{LayoutArgs, LayoutKind},
     output::{Output, progress},
-    setup::{MeasurementArgs, Setup, SolverArgs, no_sigma},
+    setup::{MeasurementArgs, Setup, SolverArgs, ThreadArgs, no_sigma},
     text,
 };
 
@@ -29,8 +28,6 @@ pub(crate) const SCHEMA: &str = "touchref.study/1";
 /// True frames have their origin within so many sizes of the fixture from the parent's along each axis. Results do not
 /// depend on it, short of rounding.
 const REACH_IN_SIZES: f64 = 10.0;
-/// More threads than any machine has use for.
-const MOST_THREADS: i64 = 1024;
 
 /// Tell how often a frame would be right, refused or wrong: simulated measurements, located and held against the truth
 ///
@@ -39,6 +36,9 @@ const MOST_THREADS: i64 = 1024;
 /// outside its own stated covariance at the 1e-9 level (chi-square above 53.34 with six degrees of freedom).
 /// Exit status 0: the study was made, whatever came of it.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref study examples/cube.toml --trials 1000\n\
+\x20 touchref study examples/nederbragt-ravani.toml --layout random --trials 500")]
 pub(crate) struct Args {
     #[command(flatten)]
     measurement: MeasurementArgs,
@@ -52,9 +52,8 @@ pub(crate) struct Args {
     seed: u64,
     #[command(flatten)]
     layout: LayoutArgs,
-    /// Threads to work on [default: one for each processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: ThreadArgs,
     /// Form of the result
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -148,10 +147,10 @@ impl Args {
         };
         let told = |error| failure(error, &setup);
         let sigma = study.sigma().map_err(told)?;
-        let threads = self.threads()?;
+        let threads = self.threads.pool()?;
         let bar = progress(self.trials);
         let outcome = threads.install(|| study.run_with(&|| bar.inc(1)));
-        bar.finish_and_clear();
+        drop(bar);
         let outcome = outcome.map_err(told)?;
         let record = StudyRecord::new(&study, kind, sigma, setup.measurement.units, &outcome);
         let output = Output::in_form(self.format, &record, &[], text::study);
@@ -170,17 +169,6 @@ impl Args {
                 let frame = setup.solve(solver, None)?.frame;
                 StudyLayout::Measured { touches: problem.touches().to_vec(), frame }
             }
-        })
-    }
-
-    /// As many threads as were asked for.
-    fn threads(&self) -> Result<ThreadPool, InputError> {
-        // Without a number rayon takes that of the processors, or of RAYON_NUM_THREADS.
-        let threads = ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, usize::from)).build();
-        threads.map_err(|error| {
-            InputError::new("invalid-input", format!("cannot start the threads: {error}"))
-                .with_key("threads")
-                .with_help("give a smaller --threads")
         })
     }
 }

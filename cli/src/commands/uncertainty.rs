@@ -41,6 +41,8 @@ const LEAST_DEGREES: usize = 3;
 /// Monte Carlo method (JCGM 101) draws all of them again and again and finds the frame anew; where its intervals agree with
 /// those of first order, these are validated (clause 8).
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref uncertainty examples/three-sphere.toml --at 300,0,0 --samples 10000")]
 pub(crate) struct Args {
     #[command(flatten)]
     of: UseArgs,
@@ -311,7 +313,7 @@ impl Args {
         });
         let made = |count| bar.inc(count);
         let propagated = monte_carlo.run(draws.outputs(), &|rng, row| draws.draw(rng, row), &made);
-        bar.finish_and_clear();
+        drop(bar);
         let propagated = propagated.map_err(|error| too_uncertain(&error))?;
         Ok(Some(self.told(&propagated, uncertainty, points)))
     }

@@ -37,9 +37,12 @@ impl SolutionRecord {
             InputError::new("invalid-input", message).with_file(name).with_help(EXPECTED)
         };
         let kind: Kind = serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
+        if kind.schema == refusal::SCHEMA {
+            return Err(wrong(format!("its schema is {}, it is a refusal", kind.schema))
+                .with_help("a refused measurement has no frame: see in the file why, and locate again"));
+        }
         if kind.schema != SCHEMA {
-            let refused = if kind.schema == refusal::SCHEMA { ": a refusal has no frame" } else { "" };
-            return Err(wrong(format!("its schema is {}, not {SCHEMA}{refused}", kind.schema)));
+            return Err(wrong(format!("its schema is {}, not {SCHEMA}", kind.schema)));
         }
         let record: Self = serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
         record.located_frame().ok_or_else(|| wrong("its frame has no rotation".to_owned()))?;

@@ -588,7 +588,7 @@ fn what_cannot_be_exported_is_told() {
     let surface = right.replace("\"plane\"", "\"plate\"");
     let unit = right.replace("\"units\": \"mm\"", "\"units\": \"cm\"");
     let cases: [(&str, &[u8], &str); 6] = [
-        ("qif", &refusal, "a refusal, which has no frame"),
+        ("qif", &refusal, "it is a refusal"),
         ("qif", older.as_bytes(), "where its touches were"),
         ("qif", surface.as_bytes(), "`plate`"),
         ("qif", unit.as_bytes(), "unit cm"),

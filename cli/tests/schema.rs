@@ -292,37 +292,58 @@ fn what_is_no_result_is_not_valid() {
     }
 }
 
-/// Every code that the sources have is in the schema of an error, and none that they do not have.
-#[test]
-fn the_codes_of_errors_are_those_of_the_sources() {
-    fn sources(folder: PathBuf, texts: &mut String) {
+/// The sources of what prints, blanks left out.
+fn sources() -> String {
+    fn read(folder: PathBuf, texts: &mut String) {
         for entry in fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             if path.is_dir() {
-                sources(path, texts);
+                read(path, texts);
             } else if !path.ends_with("refusal.rs") {
-                texts.push_str(&fs::read_to_string(&path).unwrap());
+                texts.extend(fs::read_to_string(&path).unwrap().split_whitespace());
             }
         }
     }
     let mut texts = String::new();
     for package in ["core", "solvers", "io", "batch", "report", "cli"] {
-        sources(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..").join(package).join("src"), &mut texts);
+        read(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..").join(package).join("src"), &mut texts);
     }
+    texts
+}
+
+/// Every code that the sources have is in the schema of an error, and none that they do not have.
+#[test]
+fn the_codes_of_errors_are_those_of_the_sources() {
+    let sources = sources();
     let schema = schema("error");
     let code = schema["$defs"]["ErrorDetails"]["properties"]["code"]["enum"].as_array().unwrap();
     let codes: BTreeSet<&str> = code.iter().map(|code| code.as_str().unwrap()).collect();
     for code in &codes {
-        assert!(texts.contains(&format!("\"{code}\"")), "{code} is nobody's");
+        assert!(sources.contains(&format!("\"{code}\"")), "{code} is nobody's");
     }
-    let squeezed: String = texts.split_whitespace().collect();
     for call in ["InputError::new(\"", "InputError::unknown(\"", "ErrorRecord::new(\"", "Self::new(\""] {
-        for after in squeezed.split(call).skip(1) {
+        for after in sources.split(call).skip(1) {
             let code = after.split('"').next().unwrap();
             let is_code = code.contains('-') && code.chars().all(|c| c.is_ascii_lowercase() || c == '-');
-            assert!(!is_code || codes.contains(code), "{call}{code} is not in the schema");
+            assert!(!is_code || codes.contains(code), "{call}{code} is not in `refusal::CODES`");
         }
     }
+}
+
+/// Whatever calls itself a form has a schema.
+#[test]
+fn every_form_has_a_schema() {
+    let (sources, names) = (sources(), names());
+    let mut found = BTreeSet::new();
+    for before in [":\"touchref.", "=\"touchref."] {
+        for after in sources.split(before).skip(1) {
+            if let Some((name, _)) = after.split('"').next().unwrap().split_once('/') {
+                assert!(names.contains(&name.to_owned()), "{name} is not in `schema::ALL`");
+                found.insert(name.to_owned());
+            }
+        }
+    }
+    assert!(found.len() > 10, "{found:?}");
 }
 
 #[test]

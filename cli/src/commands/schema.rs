@@ -11,7 +11,8 @@ use touchref::{
 };
 
 use super::{
-    batch, compare, describe, element, gauge, guide, history, list, log, plan, reliability, study, uncertainty,
+    batch, compare, describe, element, gauge, guide, history, list, log, plan, reliability, study,
+    uncertainty,
 };
 use crate::{
     failure::Failure,

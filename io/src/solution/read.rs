@@ -38,7 +38,7 @@ impl SolutionRecord {
         };
         let kind: Kind = serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
         if kind.schema == refusal::SCHEMA {
-            return Err(wrong("it is a refusal".to_owned())
+            return Err(wrong(format!("its schema is {}, it is a refusal", kind.schema))
                 .with_help("a refused measurement has no frame: see in the file why, and locate again"));
         }
         if kind.schema != SCHEMA {

@@ -16,6 +16,9 @@ pub(crate) const PROBABILITY: f64 = 0.95;
 /// No probe was ever so far from its parent, in any unit: numbers beyond are a mistake, and squares of them no numbers.
 const FARTHEST: f64 = 1e12;
 
+/// The most touches that are told one by one: those of the largest residuals.
+const MOST_TOLD: usize = 300;
+
 /// The most touches of which each is weighed by itself: what they know of each other grows with the square.
 const MOST_WEIGHED: usize = 2000;
 
@@ -183,6 +186,17 @@ impl<'a> Subject<'a> {
     /// The shape of a surface as drawn.
     pub(crate) fn shape(&self, surface: usize) -> Shape {
         self.fixture.shape_with(surface, &self.as_estimated().0)
+    }
+
+    /// The touches that are told one by one, in input order.
+    pub(crate) fn told(&self) -> Vec<usize> {
+        let touches = &self.record.touches;
+        let size = |index: &usize| touches[*index].residual.map_or(f64::INFINITY, f64::abs);
+        let mut told: Vec<usize> = (0..touches.len()).collect();
+        told.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        told.truncate(MOST_TOLD);
+        told.sort_unstable();
+        told
     }
 
     /// Where the touches were, in the parent.

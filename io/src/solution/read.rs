@@ -12,6 +12,9 @@ use crate::{Input, InputError, refusal, source::Source};
 /// What a result file is, for messages.
 const EXPECTED: &str = "a result file is what `touchref locate --format json` prints";
 
+/// What to do with a refusal.
+const REFUSED: &str = "a refused measurement has no frame: see in the file why, and locate again";
+
 /// What every kind of JSON says first.
 #[derive(Deserialize)]
 struct Kind {
@@ -37,12 +40,9 @@ impl SolutionRecord {
             InputError::new("invalid-input", message).with_file(name).with_help(EXPECTED)
         };
         let kind: Kind = serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
-        if kind.schema == refusal::SCHEMA {
-            return Err(wrong("it is a refusal".to_owned())
-                .with_help("a refused measurement has no frame: see in the file why, and locate again"));
-        }
         if kind.schema != SCHEMA {
-            return Err(wrong(format!("its schema is {}, not {SCHEMA}", kind.schema)));
+            let error = wrong(format!("its schema is {}, not {SCHEMA}", kind.schema));
+            return Err(if kind.schema == refusal::SCHEMA { error.with_help(REFUSED) } else { error });
         }
         let record: Self = serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
         record.located_frame().ok_or_else(|| wrong("its frame has no rotation".to_owned()))?;

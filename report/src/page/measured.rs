@@ -55,7 +55,11 @@ fn table_of_touches(touches: &[&ResidualRecord], units: &str) -> Markup {
     let (ids, places) = (any(&|touch| touch.id.is_some()), any(&|touch| touch.at.is_some()));
     let (sigmas, notes) =
         (any(&|touch| touch.normalized.is_some()), any(&|touch| !words::note(touch).is_empty()));
-    let largest = touches.iter().filter_map(|touch| touch.residual).fold(0.0, |a: f64, b| a.max(b.abs()));
+    let largest = touches
+        .iter()
+        .filter(|touch| !touch.excluded)
+        .filter_map(|touch| touch.residual)
+        .fold(0.0, |a: f64, b| a.max(b.abs()));
     let digits = decimals(Some(largest), length_decimals(units));
     let mut header = columns(["touch"]);
     header.extend(ids.then(|| "id".to_owned()));
@@ -192,6 +196,10 @@ fn table_of_influences(
     moved: &dyn Fn(&Option<Vector6<f64>>) -> Option<f64>,
 ) -> Markup {
     let units = subject.units.name();
+    // A digit beyond those that the noise is worth.
+    let noise = subject.record.trust.sigma.or(subject.record.rms).map(|noise| 0.1 * noise);
+    let digits = decimals(noise, length_decimals(units));
+    let length = |length: f64| fixed(length, digits);
     let header = [
         String::new(),
         ">part seen".to_owned(),
@@ -208,14 +216,14 @@ fn table_of_influences(
             }
             Observed::Stated(what) => what.clone(),
         };
-        let of_moves = |motion| moved(motion).map_or("no bound".to_owned(), short);
+        let of_moves = |motion| moved(motion).map_or("no bound".to_owned(), length);
         let known = subject.record.trust.sigma.is_some() || influence.test_value.is_some();
         vec![
             name(&told),
             cell(fixed(influence.redundancy, 3)),
             cell(influence.test_value.map_or("-".to_owned(), |v| fixed(v, 2))),
             cell(match influence.smallest_detectable {
-                Some(smallest) => short(smallest),
+                Some(smallest) => length(smallest),
                 None if known => "none".to_owned(),
                 None => "-".to_owned(),
             }),

@@ -60,6 +60,8 @@ pub(crate) struct Influence {
     pub(crate) test_value: Option<f64>,
     /// Smallest error that is noticed; `None` where none is, or no sigma is stated.
     pub(crate) smallest_detectable: Option<f64>,
+    /// Whether that is in degrees, and no length.
+    pub(crate) in_degrees: bool,
     /// How such an error, unnoticed, moves the frame.
     pub(crate) unnoticed: Option<Vector6<f64>>,
     /// How the frame moves when it is left out; `None` where nothing else tells what it tells.
@@ -271,6 +273,8 @@ impl<'a> Subject<'a> {
                 test_value: check.map(|check| check.test_value),
                 smallest_detectable: check
                     .map(|check| check.smallest_detectable * self.scale(checked.observation)),
+                // By which radians are multiplied; lengths stay.
+                in_degrees: self.scale(checked.observation) > 1.0,
                 unnoticed: checked.undetected_shift(),
                 left_out: checked.shift_without(),
             }
@@ -299,6 +303,7 @@ impl<'a> Subject<'a> {
                 redundancy,
                 test_value: None,
                 smallest_detectable: None,
+                in_degrees: false,
                 unnoticed: None,
                 left_out: apparent_error.map(|error| linear.sensitivity(index) * -error),
             }

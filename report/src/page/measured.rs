@@ -223,6 +223,7 @@ fn table_of_influences(
             cell(fixed(influence.redundancy, 3)),
             cell(influence.test_value.map_or("-".to_owned(), |v| fixed(v, 2))),
             cell(match influence.smallest_detectable {
+                Some(smallest) if influence.in_degrees => format!("{} degrees", short(smallest)),
                 Some(smallest) => length(smallest),
                 None if known => "none".to_owned(),
                 None => "-".to_owned(),

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Point3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use touchref_core::{Fixture, Frame, Noise, Probe, Touch};
+use touchref_core::{Fixture, Frame, Noise, Probe, Problem, Touch, TouchError};
 
 /// Where a fixture is touched: surface index and contact point on that surface, in fixture coordinates.
 pub type Layout = Vec<(usize, Point3<f64>)>;
@@ -40,21 +40,41 @@ pub fn random_frame(reach: f64, rng: &mut impl Rng) -> Frame {
     Frame { rotation: UnitQuaternion::new_normalize(q).to_rotation_matrix(), origin }
 }
 
-/// The points at which touches met the surfaces of a `fixture` that stands at `frame`: the foot of each tip centre.
+/// The points at which the touches of a measurement met the surfaces of its fixture, which stands at `frame`: the foot of
+/// each tip centre.
 #[must_use]
-pub fn contacts(fixture: &dyn Fixture, touches: &[Touch], frame: &Frame) -> Layout {
+pub fn contacts(problem: &Problem<'_>, frame: &Frame) -> Layout {
     let contact = |touch: &Touch| {
         let tip = frame.to_fixture(&touch.at);
-        let seen = fixture.surfaces()[touch.surface].seen_from(&tip);
+        let seen = problem.fixture().surfaces()[touch.surface].seen_from(&tip);
         (touch.surface, tip - seen.normal * seen.distance)
     };
-    touches.iter().map(contact).collect()
+    problem.touches().iter().map(contact).collect()
+}
+
+/// Checks that the fixture has every surface that is touched.
+///
+/// # Errors
+/// [`TouchError::NoSuchSurface`] for the first touch of one that it has not.
+pub fn check_surfaces(
+    fixture: &dyn Fixture,
+    touched: impl IntoIterator<Item = usize>,
+) -> Result<(), TouchError> {
+    let surfaces = fixture.surfaces().len();
+    match touched.into_iter().enumerate().find(|(_, surface)| *surface >= surfaces) {
+        None => Ok(()),
+        Some((index, surface)) => Err(TouchError::NoSuchSurface { index, surface, surfaces }),
+    }
 }
 
 /// What the probe reads when `fixture` stands at `frame` and is touched at `layout`: tip centres in the parent, each
 /// coordinate with normal noise of standard deviation `sigma`.
 ///
 /// The touches carry no sigma of their own: they are as sure as the probe says.
+///
+/// # Panics
+/// When the layout touches a surface that the fixture does not have: [`check_surfaces`] tells for one that was not made for
+/// this fixture.
 pub fn simulate(
     fixture: &dyn Fixture,
     layout: &[(usize, Point3<f64>)],
@@ -63,6 +83,9 @@ pub fn simulate(
     sigma: f64,
     rng: &mut impl Rng,
 ) -> Vec<Touch> {
+    if let Err(error) = check_surfaces(fixture, layout.iter().map(|(surface, _)| *surface)) {
+        panic!("the layout is not of this fixture: {error}");
+    }
     let planned = layout.iter().map(|(surface, contact)| Touch::new(*surface, *contact));
     planned.map(|touch| reading(fixture, &touch, frame, probe.tip_radius, sigma, rng)).collect()
 }
@@ -107,4 +130,51 @@ fn square_root(covariance: &Matrix3<f64>) -> Matrix3<f64> {
     // Unlike Cholesky's it exists for every covariance that rounding has left.
     let eigen = covariance.symmetric_eigen();
     eigen.eigenvectors * Matrix3::from_diagonal(&eigen.eigenvalues.map(|value| value.max(0.0).sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use touchref_core::{Parameters, Requirement, Surface};
+
+    use super::*;
+
+    #[derive(Debug)]
+    struct Nothing(Requirement, Parameters);
+
+    impl Fixture for Nothing {
+        fn kind(&self) -> &'static str {
+            "nothing"
+        }
+        fn parameters(&self) -> &Parameters {
+            &self.1
+        }
+        fn surfaces(&self) -> &[Surface] {
+            &[]
+        }
+        fn requirement(&self) -> &Requirement {
+            &self.0
+        }
+        fn size(&self) -> f64 {
+            1.0
+        }
+        fn nominal_layout(&self) -> Layout {
+            Layout::new()
+        }
+    }
+
+    #[test]
+    fn a_surface_that_is_not_there_is_told() {
+        let fixture = Nothing(Requirement::counts(&[]), Parameters::new());
+        assert_eq!(check_surfaces(&fixture, []), Ok(()));
+        let error = check_surfaces(&fixture, [3]).unwrap_err();
+        assert_eq!(error, TouchError::NoSuchSurface { index: 0, surface: 3, surfaces: 0 });
+    }
+
+    #[test]
+    #[should_panic(expected = "touch 0 is on surface number 3, but the fixture has 0 surfaces")]
+    fn a_layout_of_another_fixture_is_not_simulated() {
+        let fixture = Nothing(Requirement::counts(&[]), Parameters::new());
+        let layout = [(3, Point3::origin())];
+        simulate(&fixture, &layout, &Frame::identity(), &Probe::default(), 0.0, &mut generator(0, 0));
+    }
 }

@@ -17,7 +17,7 @@ use touchref_core::{
 
 use crate::{
     estimate::{Estimate, Ratio, Share, rate_at_most},
-    simulation::{Layout, generator, random_frame, random_layout, reading, turned},
+    simulation::{Layout, check_surfaces, generator, random_frame, random_layout, reading, turned},
 };
 
 /// Chance at which an accepted frame counts as wrong: its true error lies outside its own stated covariance.
@@ -269,11 +269,7 @@ impl Study<'_> {
                 touches.iter().map(planned).collect()
             }
         };
-        let surfaces = fixture.surfaces().len();
-        if let Some(index) = planned.iter().position(|touch| touch.surface >= surfaces) {
-            let surface = planned[index].surface;
-            return Err(TouchError::NoSuchSurface { index, surface, surfaces }.into());
-        }
+        check_surfaces(fixture, planned.iter().map(|touch| touch.surface))?;
         let truth = random_frame(self.reach, &mut rng);
         let sigma = self.probe.sigma.unwrap_or(0.0);
         let read = |touch: &Touch| reading(fixture, touch, &truth, tip_radius, sigma, &mut rng);

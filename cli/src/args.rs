@@ -5,7 +5,11 @@ use std::ffi::OsString;
 use clap::{Parser, Subcommand, ValueEnum};
 use touchref::Registry;
 
-use crate::{commands, failure::Failure, output::Output};
+use crate::{
+    commands,
+    failure::Failure,
+    output::{Output, Verbosity},
+};
 
 /// From labelled probe touches on a reference fixture to its frame, with its uncertainty.
 ///
@@ -16,6 +20,23 @@ use crate::{commands, failure::Failure, output::Output};
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
+    /// Print nothing on standard error but errors: no warnings, no progress
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Tell on standard error how a frame was found: every start, minimum and step
+    #[arg(short, long, global = true)]
+    verbose: bool,
+}
+
+impl Cli {
+    /// What is wanted on standard error besides errors.
+    pub(crate) fn verbosity(&self) -> Verbosity {
+        match (self.quiet, self.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (_, true) => Verbosity::Verbose,
+            _ => Verbosity::Normal,
+        }
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -31,10 +52,13 @@ pub(crate) enum Command {
     Reliability(commands::reliability::Args),
     Element(commands::element::Args),
     Calibrate(commands::calibrate::Args),
+    Batch(commands::batch::Args),
     Gauge(commands::gauge::Args),
     Log(commands::log::Args),
     Compare(commands::compare::Args),
     History(commands::history::Args),
+    Export(commands::export::Args),
+    Schema(commands::schema::Args),
     Report(commands::report::Args),
     Completions(commands::completions::Args),
     Man(commands::man::Args),
@@ -55,12 +79,15 @@ impl Command {
             Self::Reliability(args) => args.run(registry),
             Self::Element(args) => args.run(),
             Self::Calibrate(args) => args.run(registry),
+            Self::Batch(args) => args.run(registry),
             Self::Gauge(args) => args.run(),
             Self::Log(args) => args.run(),
             Self::Compare(args) => args.run(registry),
             Self::History(args) => args.run(),
+            Self::Export(args) => args.run(registry),
+            Self::Schema(args) => args.run(registry),
             Self::Report(args) => args.run(registry),
-            Self::Completions(args) => Ok(args.run()),
+            Self::Completions(args) => Ok(args.run(registry)),
             Self::Man(args) => args.run(),
         }
     }
@@ -97,6 +124,19 @@ mod tests {
     #[test]
     fn the_definition_is_sound() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn everything_that_may_be_typed_is_explained() {
+        for subcommand in Cli::command().get_subcommands() {
+            let name = subcommand.get_name();
+            assert!(subcommand.get_about().is_some(), "{name}");
+            let examples = subcommand.get_after_help().map(ToString::to_string).unwrap_or_default();
+            assert!(examples.contains(&format!("touchref {name}")), "{name} has no example");
+            for arg in subcommand.get_arguments() {
+                assert!(arg.get_help().is_some(), "{name}: {}", arg.get_id());
+            }
+        }
     }
 
     #[test]

@@ -38,11 +38,13 @@ pub fn run(registry: Result<Registry, RegistryError>, args: impl IntoIterator<It
     let args: Vec<OsString> = args.into_iter().collect();
     // Known even when the rest of the arguments is wrong, so that a program gets the error in its language.
     let json = args::asks_for_json(&args);
+    output::set_verbosity(output::Verbosity::Normal);
     let outcome = registry.map_err(Failure::from).and_then(|registry| execute(&registry, args));
     ExitCode::from(output::print(outcome, json))
 }
 
 fn execute(registry: &Registry, args: Vec<OsString>) -> Result<Output, Failure> {
     let cli = Cli::try_parse_from(args)?;
+    output::set_verbosity(cli.verbosity());
     cli.command.run(registry)
 }

@@ -1,7 +1,8 @@
 //! What was measured, from the arguments that every subcommand on a measurement shares.
 
-use std::{cell::OnceCell, path::PathBuf};
+use std::{cell::OnceCell, path::PathBuf, time::Instant};
 
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use touchref::{
     Fixture, Frame, Parameters, Problem, Registry, Solution, SolveError, Solver, SolverPlugin, Warning,
     io::{
@@ -10,11 +11,16 @@ use touchref::{
     },
     solvers::{
         labelling::{self, Tip},
+        refinement::{Progress, retrace},
         robust,
     },
 };
 
-use crate::failure::{Failure, Refused};
+use crate::{
+    failure::{Failure, Refused},
+    output::{Verbosity, note_on_the_way, verbosity, working},
+    text,
+};
 
 /// The solver that is taken where it is linked in, and the one taken elsewhere.
 const DEFAULT_SOLVERS: [&str; 2] = ["least-squares", "closed-form"];
@@ -52,8 +58,32 @@ pub(crate) struct MeasurementArgs {
 #[derive(Debug, clap::Args)]
 pub(crate) struct NearArgs {
     /// Frame near which the answer is expected: x,y,z,qx,qy,qz,qw or a result file
-    #[arg(long, value_name = "FRAME", allow_hyphen_values = true)]
+    #[arg(long, value_name = "FRAME", allow_hyphen_values = true, value_hint = clap::ValueHint::FilePath)]
     near: Option<String>,
+}
+
+/// More threads than any machine has use for.
+const MOST_THREADS: i64 = 1024;
+
+/// How many threads work.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ThreadArgs {
+    /// Threads to work on [default: one for each processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    threads: Option<u16>,
+}
+
+impl ThreadArgs {
+    /// As many threads as were asked for.
+    pub(crate) fn pool(&self) -> Result<ThreadPool, InputError> {
+        // Without a number rayon takes that of the processors, or of RAYON_NUM_THREADS.
+        let threads = ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, usize::from)).build();
+        threads.map_err(|error| {
+            InputError::new("invalid-input", format!("cannot start the threads: {error}"))
+                .with_key("threads")
+                .with_help("give a smaller --threads")
+        })
+    }
 }
 
 impl NearArgs {
@@ -232,12 +262,26 @@ impl Setup {
 
     /// Solves for the frame, expected near `near` if that is given.
     pub(crate) fn solve(&self, solver: &dyn Solver, near: Option<Frame>) -> Result<Solution, Failure> {
+        let (began, working) = (Instant::now(), working("looking for every frame"));
         if solver.name() == robust::PLUGIN.name {
             self.label()?;
         }
         let problem = self.problem()?;
         let problem = near.map_or(problem, |frame| problem.near(frame));
-        solver.solve(&problem).map_err(|error| self.refused(error))
+        let solution = solver.solve(&problem).map_err(|error| self.refused(error));
+        drop(working);
+        let (solution, took) = (solution?, began.elapsed());
+        if verbosity() == Verbosity::Verbose {
+            let history = self.history(&solution)?;
+            let units = self.measurement.units.name();
+            note_on_the_way(|look| text::search(&solution, &history, took, units, look));
+        }
+        Ok(solution)
+    }
+
+    /// What each step did that led to a solution.
+    pub(crate) fn history(&self, solution: &Solution) -> Result<Vec<Progress>, Failure> {
+        retrace(&self.problem()?, solution).map_err(|error| self.refused(error))
     }
 
     /// A refusal, with the touches it is about.

@@ -1,5 +1,6 @@
 //! Results and failures for people.
 
+mod batch;
 mod calibration;
 mod comparison;
 mod element;
@@ -11,6 +12,7 @@ mod log;
 mod plan;
 mod plugins;
 mod reliability;
+mod search;
 mod sheet;
 mod solution;
 mod study;
@@ -18,6 +20,7 @@ mod uncertainty;
 
 use touchref::io::number;
 
+pub(crate) use batch::batch;
 pub(crate) use calibration::calibration;
 pub(crate) use comparison::comparison;
 pub(crate) use element::element;
@@ -27,8 +30,9 @@ pub(crate) use guide::answer;
 pub(crate) use history::history;
 pub(crate) use log::log;
 pub(crate) use plan::{next, plan};
-pub(crate) use plugins::{description, listing};
+pub(crate) use plugins::{description, listing, schemas};
 pub(crate) use reliability::reliability;
+pub(crate) use search::search;
 pub(crate) use solution::solution;
 pub(crate) use study::study;
 pub(crate) use uncertainty::uncertainty;
@@ -42,6 +46,11 @@ pub(crate) struct Look {
     pub(crate) unicode: bool,
     /// Columns of a line of prose.
     pub(crate) width: usize,
+}
+
+/// A line for standard error: whole where a program may read it, wrapped on a terminal.
+pub(crate) fn note(line: &str, look: Look) -> String {
+    if look.terminal { textwrap::fill(line, look.width) } else { line.to_owned() }
 }
 
 impl Look {

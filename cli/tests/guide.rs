@@ -161,6 +161,16 @@ fn an_unfinished_run_has_status_1() {
     assert!(answers[1]["next"]["parent"]["tip"].is_array(), "{}", answers[1]);
     assert_eq!(answers[5]["error"]["nearest"], "+z", "{}", answers[5]);
     assert_eq!(answers[2]["error"]["line"], 4, "{}", answers[2]);
+    let undone = |index: usize| {
+        (answers[index]["undone"]["touch"].as_u64(), answers[index]["undone"]["surface"].as_str())
+    };
+    assert_eq!([undone(3), undone(7)], [(Some(0), Some("+z")); 2]);
+    assert!(answers[4]["undone"].is_null(), "{}", answers[4]);
+    let output = folder.run(&["guide", "m.toml"], b"undo\n+z,-5,-5,0\nundo\n");
+    let text = String::from_utf8(output.stdout).unwrap();
+    let told: Vec<&str> = text.lines().collect();
+    assert!(told[1].starts_with("there was no touch to take back; no touch yet: "), "{text}");
+    assert!(told[3].starts_with("touch 0 on `+z` is taken back; no touch yet: "), "{text}");
 }
 
 #[test]

@@ -39,8 +39,11 @@ impl Frame {
     #[must_use]
     pub fn from_quaternion_xyzw(origin: Point3<f64>, xyzw: [f64; 4]) -> Option<Self> {
         let [x, y, z, w] = xyzw;
-        let quaternion = nalgebra::Quaternion::new(w, x, y, z);
         let finite = xyzw.iter().chain(origin.iter()).all(|v| v.is_finite());
+        // The square of a very long or short one would leave the range of numbers.
+        let largest = xyzw.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+        let scale = if (1e-100..1e100).contains(&largest) { 1.0 } else { largest };
+        let quaternion = nalgebra::Quaternion::new(w, x, y, z) / scale;
         let unit = nalgebra::UnitQuaternion::try_new(quaternion, 0.0)?;
         finite.then(|| Self { rotation: unit.to_rotation_matrix(), origin })
     }
@@ -236,6 +239,21 @@ fn exp(w: &Vector3<f64>) -> Rotation3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_quaternion_may_have_any_length_above_zero() {
+        let turn = |length: f64| Frame::from_quaternion_xyzw(Point3::origin(), [0.0, 0.0, length, length]);
+        for length in [1.0, 1e-160, 1e-300, f64::from_bits(1), 1e160, f64::MAX] {
+            let frame = turn(length).unwrap();
+            assert!(
+                frame.is_sound() && (frame.axis(0) - Vector3::y()).norm() < 1e-15,
+                "{length:e}: {frame:?}"
+            );
+        }
+        for length in [0.0, f64::INFINITY, f64::NAN] {
+            assert_eq!(turn(length), None);
+        }
+    }
 
     /// Short turns add up to long ones: on either side of where the series give way.
     #[test]

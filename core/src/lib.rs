@@ -36,8 +36,8 @@ pub use registry::{
     SolverPlugin,
 };
 pub use solver::{
-    Adjustment, Contact, Covariance, Iteration, Limit, Measure, Problem, Residual, RootReport, SecondMinimum,
-    SigmaSource, Solution, Solver, Trust, Warning,
+    Adjustment, Contact, Covariance, Iteration, Limit, Measure, MinimumReport, Problem, Residual, RootReport,
+    SearchReport, SecondMinimum, SigmaSource, Solution, Solver, Trust, Warning,
 };
 pub use surface::{Extent, Proximity, Shape, Surface};
 pub use touch::{Noise, Probe, Touch};

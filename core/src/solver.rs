@@ -325,6 +325,8 @@ pub struct Solution {
     pub adjustments: Vec<Adjustment>,
     /// How the iteration ended, where there was one.
     pub iteration: Option<Iteration>,
+    /// From where other frames were looked for, and what was found; `None` for a solver that does not tell.
+    pub search: Option<SearchReport>,
     /// The margin within which the frame stands.
     pub trust: Trust,
     /// What the touches see at the frame.
@@ -359,6 +361,7 @@ impl Solution {
             roots: Vec::new(),
             adjustments: Vec::new(),
             iteration: None,
+            search: None,
             trust,
             observability,
             warnings: Vec::new(),
@@ -494,6 +497,32 @@ pub struct Iteration {
     pub steps: usize,
     /// The criterion that ended it: `gradient`, `step` or `cost`.
     pub stopped_by: &'static str,
+}
+
+/// The search for every frame that the touches may mean.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SearchReport {
+    /// Frames from which it descended, those that were given up on the way among them.
+    pub starts: usize,
+    /// The distinct local minima of the squared misfit that it found, lowest first.
+    pub minima: Vec<MinimumReport>,
+}
+
+/// A local minimum of the squared misfit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MinimumReport {
+    /// Its frame.
+    pub frame: Frame,
+    /// The squared misfit there; a length squared where no sigma is stated.
+    pub chi_square: f64,
+    /// The frame from which it was first reached.
+    pub start: Frame,
+    /// Steps of that descent.
+    pub steps: usize,
+    /// Whether it is the frame that was accepted.
+    pub selected: bool,
+    /// Why it cannot be the frame, however well it fits, if something speaks against it.
+    pub objection: Option<String>,
 }
 
 /// The margin within which a frame stands.

@@ -69,8 +69,11 @@ impl<'a> Table<'a> {
     }
 
     /// Every key with its value, in the order of the text, except `without`.
-    pub(crate) fn fields(&self, without: &'static str) -> impl Iterator<Item = (&'a Entry, Field<'a>)> + '_ {
-        self.entries.iter().filter(move |entry| entry.key != without).map(|entry| {
+    pub(crate) fn fields(
+        &self,
+        without: Option<&'static str>,
+    ) -> impl Iterator<Item = (&'a Entry, Field<'a>)> + '_ {
+        self.entries.iter().filter(move |entry| without != Some(entry.key.as_str())).map(|entry| {
             (entry, Field { source: self.source, path: self.path_of(&entry.key), node: &entry.value })
         })
     }
@@ -190,7 +193,8 @@ impl<'a> Field<'a> {
 }
 
 /// The direction of a vector; `None` when it is zero or too long to tell.
-pub(crate) fn direction(vector: Vector3<f64>) -> Option<Unit<Vector3<f64>>> {
+#[must_use]
+pub fn direction(vector: Vector3<f64>) -> Option<Unit<Vector3<f64>>> {
     // Scaled first: the squares of very small or large components leave the range of numbers.
     let scaled = vector / vector.amax();
     Unit::try_new(scaled, 0.0).filter(|unit| unit.iter().all(|v| v.is_finite()))

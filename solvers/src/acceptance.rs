@@ -6,9 +6,9 @@
 
 use nalgebra::{Matrix6, Vector6};
 use touchref_core::{
-    ClosedForm, Covariance, Fixture, Frame, Freedom, Limit, Observability, ParameterKind, ParameterSpec,
-    Parameters, Problem, Refusal, Residual, RootReport, SecondMinimum, SigmaSource, Solution, SolveError,
-    Trust, Twist, Warning,
+    ClosedForm, Covariance, Fixture, Frame, Freedom, Limit, MinimumReport, Observability, ParameterKind,
+    ParameterSpec, Parameters, Problem, Refusal, Residual, RootReport, SearchReport, SecondMinimum,
+    SigmaSource, Solution, SolveError, Trust, Twist, Warning,
     error::Degenerate,
     observability::weakest_motion,
     statistics::{Level, chi_square_p_value},
@@ -82,7 +82,9 @@ impl Margin {
 #[derive(Debug, Clone)]
 pub(crate) struct Minimum {
     pub(crate) state: Unknowns,
-    /// Steps of the descent that led to it.
+    /// Where the descent began that led to it.
+    start: Frame,
+    /// Steps of that descent.
     pub(crate) steps: usize,
     pub(crate) chi_square: f64,
     /// Square root of the frame's information, over its twist along the fixture's axes.
@@ -136,6 +138,8 @@ impl Search {
 /// Every minimum found, lowest first, and the noise up to which the search claims to be complete.
 struct Survey<const P: usize> {
     minima: Vec<(Minimum, SquareRoot<P>)>,
+    /// Frames from which it descended.
+    starts: usize,
     complete_up_to: f64,
 }
 
@@ -147,8 +151,13 @@ fn survey<const P: usize>(
 ) -> Result<Survey<P>, SolveError> {
     let problem = model.problem;
     // A search far beyond the noise tells minima apart no worse.
-    let mut minima =
-        Minima { model, standing: Standing::of(problem), apart: noise.min(1.0), found: Vec::new() };
+    let mut minima = Minima {
+        model,
+        standing: Standing::of(problem),
+        apart: noise.min(1.0),
+        found: Vec::new(),
+        starts: 0,
+    };
     if let Some(near) = problem.expected_near() {
         minima.visit(near);
     }
@@ -158,16 +167,16 @@ fn survey<const P: usize>(
         minima.visit_everything();
         f64::INFINITY
     };
-    let mut minima = minima.found;
+    let Minima { found: mut minima, starts, .. } = minima;
     minima.sort_by(|(a, _), (b, _)| a.chi_square.total_cmp(&b.chi_square));
-    Ok(Survey { minima, complete_up_to })
+    Ok(Survey { minima, starts, complete_up_to })
 }
 
 /// Ends of descents where no minimum is near.
 struct Unsettled<const P: usize> {
     count: usize,
-    /// The one that fits best.
-    lowest: Option<Descent<Normal<P>>>,
+    /// The one that fits best, and where its descent began.
+    lowest: Option<(Frame, Descent<Normal<P>>)>,
 }
 
 /// Minima as they are found.
@@ -177,14 +186,17 @@ struct Minima<'a, 'p, const P: usize> {
     /// In which noise, in the problem's sigmas, they are told apart.
     apart: f64,
     found: Vec<(Minimum, SquareRoot<P>)>,
+    /// Descents begun.
+    starts: usize,
 }
 
 impl<const P: usize> Minima<'_, '_, P> {
     /// Descends from a start, and keeps the minimum if it is new.
     fn visit(&mut self, start: &Frame) {
+        self.starts += 1;
         let Some(descent) = self.descend(start, |_| self.apart) else { return };
         if descent.chi_square().is_finite() && !self.knows(&descent.at, |_| self.apart) {
-            self.keep(descent.at, descent.chi_square(), descent.steps);
+            self.keep(start, descent.at, descent.chi_square(), descent.steps);
         }
     }
 
@@ -213,8 +225,10 @@ impl<const P: usize> Minima<'_, '_, P> {
         let fits_best = |lowest: &Descent<Normal<P>>| {
             self.found.iter().all(|(minimum, _)| lowest.chi_square() < minimum.chi_square)
         };
-        if let Some(lowest) = unsettled.lowest.filter(|lowest| lowest.steps < STEPS || fits_best(lowest)) {
-            self.keep(lowest.at, lowest.chi_square(), lowest.steps);
+        if let Some((start, lowest)) =
+            unsettled.lowest.filter(|(_, lowest)| lowest.steps < STEPS || fits_best(lowest))
+        {
+            self.keep(&start, lowest.at, lowest.chi_square(), lowest.steps);
         }
     }
 
@@ -228,6 +242,7 @@ impl<const P: usize> Minima<'_, '_, P> {
         const END: f64 = 1.0;
         /// Ends that do not settle: of more, those as low as the lowest are taken to lie in one valley.
         const MANY: usize = 6;
+        self.starts += 1;
         let apart = self.apart;
         let within = |part: f64| move |minimum: &Minimum| apart.max(part * minimum.chi_square.sqrt());
         let Some(descent) = self.descend(start, within(BASIN)) else { return };
@@ -238,19 +253,19 @@ impl<const P: usize> Minima<'_, '_, P> {
         // In squared misfit; where no sigma is stated, that is a length squared.
         let as_low = apart.max(SAME_PLACE * self.model.problem.fixture().size()).powi(2);
         let in_valley = unsettled.count > MANY
-            && unsettled.lowest.is_some_and(|lowest| (chi_square - lowest.chi_square()).abs() < as_low);
+            && unsettled.lowest.is_some_and(|(_, lowest)| (chi_square - lowest.chi_square()).abs() < as_low);
         if in_valley || self.knows(&descent.at, within(END)) {
             return;
         }
         match settle(self.model, descent.at) {
             Some(at) if !self.knows(&at, |_| apart) => {
-                self.keep(at, self.model.chi_square(&at), descent.steps);
+                self.keep(start, at, self.model.chi_square(&at), descent.steps);
             }
             // A motion is free there; of a valley's many ends the lowest tells enough.
             None => {
                 unsettled.count += 1;
-                if unsettled.lowest.is_none_or(|lowest| chi_square < lowest.chi_square()) {
-                    unsettled.lowest = Some(descent);
+                if unsettled.lowest.is_none_or(|(_, lowest)| chi_square < lowest.chi_square()) {
+                    unsettled.lowest = Some((*start, descent));
                 }
             }
             _ => {}
@@ -294,11 +309,12 @@ impl<const P: usize> Minima<'_, '_, P> {
         self.found.iter().any(|(m, _)| m.is_at(&frame, size, apart(m)))
     }
 
-    fn keep(&mut self, state: Unknowns, chi_square: f64, steps: usize) {
+    fn keep(&mut self, start: &Frame, state: Unknowns, chi_square: f64, steps: usize) {
         let state = Unknowns { frame: self.standing.frame(state.frame), ..state };
         let root = self.model.square_root(&state);
         let objection = objection(self.model.problem, &state.frame);
-        let minimum = Minimum { state, steps, chi_square, information: root.of_frame(), objection };
+        let minimum =
+            Minimum { state, start: *start, steps, chi_square, information: root.of_frame(), objection };
         self.found.push((minimum, root));
     }
 }
@@ -384,6 +400,8 @@ impl Bounds {
 pub(crate) struct Judgement {
     /// Every minimum, lowest first.
     pub(crate) minima: Vec<Minimum>,
+    /// Frames from which they were looked for.
+    starts: usize,
     /// Which one is the frame, if any stands.
     pub(crate) chosen: usize,
     /// The next best one that nothing speaks against.
@@ -461,6 +479,7 @@ impl Judgement {
         limit: Limit,
     ) -> Result<Self, SolveError> {
         let mut next = Self::at_noise(model, Some(closed_form), noise, Margin::Full)?;
+        next.starts += self.starts;
         if next.bounds.of_frame().0 > self.bounds.of_frame().0 {
             // Nothing new: the bound found before stands, for its own reason.
             *next.bounds.of(limit) = self.bounds.of_frame().0;
@@ -475,7 +494,7 @@ impl Judgement {
         margin: Margin,
     ) -> Result<Self, SolveError> {
         let problem = model.problem;
-        let Survey { minima, complete_up_to } = survey(model, closed_form, noise)?;
+        let Survey { minima, starts, complete_up_to } = survey(model, closed_form, noise)?;
         let (minima, roots): (Vec<Minimum>, Vec<SquareRoot<P>>) = minima.into_iter().unzip();
         let standing: Vec<usize> = (0..minima.len()).filter(|i| minima[*i].objection.is_none()).collect();
         // Where something speaks against every minimum, weigh them all the same: the refusal says why.
@@ -513,13 +532,26 @@ impl Judgement {
         };
         let limit = if margin == Margin::Near { bounds.up_to() } else { bounds.of_frame() };
         bounds.rise = rise_bound(model, (&best.state, best.chi_square), root, &weakest, limit.0);
-        Ok(Self { minima, chosen, second, by_near, bounds, curvature, weakest_sd, observability })
+        Ok(Self { minima, starts, chosen, second, by_near, bounds, curvature, weakest_sd, observability })
     }
 
     /// The least squared misfit of a frame that nothing else speaks against.
     fn least(&self) -> f64 {
         let standing = self.minima.iter().find(|minimum| minimum.objection.is_none());
         standing.map_or(f64::INFINITY, |minimum| minimum.chi_square)
+    }
+
+    /// What the search did, to be told.
+    fn search(&self) -> SearchReport {
+        let told = |(index, minimum): (usize, &Minimum)| MinimumReport {
+            frame: minimum.state.frame,
+            chi_square: minimum.chi_square,
+            start: minimum.start,
+            steps: minimum.steps,
+            selected: index == self.chosen,
+            objection: minimum.objection.clone(),
+        };
+        SearchReport { starts: self.starts, minima: self.minima.iter().enumerate().map(told).collect() }
     }
 
     /// The minimum that is the frame, if any stands.
@@ -748,6 +780,7 @@ impl Account<'_, '_> {
         let mut solution = Solution::new(solver, frame, residuals.collect(), self.trust(), observability);
         solution.degrees_of_freedom = degrees;
         solution.freedom = self.problem.fixture().freedom();
+        solution.search = Some(self.judgement.search());
         if known.is_some() {
             solution.chi_square = Some(chi_square);
             solution.p_value = chi_square_p_value(chi_square, degrees);

@@ -27,11 +27,12 @@ use argmin::core::{
     CostFunction, Error, Executor, IterState, KV, Solver as ArgminSolver, State, TerminationReason,
     TerminationStatus,
 };
-use touchref_core::{Frame, Iteration, Problem, SolveError};
+use touchref_core::{Frame, Iteration, Problem, Solution, SolveError, Touch};
 
 pub use crate::levenberg_marquardt::{Progress, Stop};
 use crate::{
-    levenberg_marquardt::{Descent, STEPS, polish},
+    acceptance::Standing,
+    levenberg_marquardt::{Descent, STEPS, polish, settle},
     model::{Extra, Model, Normal, SquareRoot, Unknowns, uncertain, with_unknowns},
 };
 
@@ -144,15 +145,8 @@ pub fn refine(problem: &Problem<'_>, start: &Frame) -> Result<Refinement, SolveE
     let extras = uncertain(problem);
     with_unknowns!(extras.len(), P => {
         let model = Model::<P>::new(problem, &extras);
-        let mut descent = Descent::from(&model, Unknowns::at(*start));
-        let mut history = Vec::new();
-        let mut stop = None;
-        while stop.is_none() && history.len() < STEPS {
-            let (progress, ended) = descent.advance(&model);
-            history.push(progress);
-            stop = ended;
-        }
-        let Ended { at, chi_square, iteration, .. } = ended(&model, &descent.at, history.len(), stop)?;
+        let (history, at, stop) = followed(&model, Unknowns::at(*start));
+        let Ended { at, chi_square, iteration, .. } = ended(&model, &at, history.len(), stop)?;
         Ok(Refinement { unknowns: at, chi_square, iteration, history })
     })
 }
@@ -202,6 +196,49 @@ pub(crate) fn execute<const P: usize>(
     let stop = result.solver().stop();
     let at = result.state().get_param().copied().unwrap_or(*start);
     ended(model, &at, steps, stop)
+}
+
+/// What each step did on the way to a solution: from the start of the search that led to it, and from the minimum it found
+/// to the frame. The steps are made once more, so that a solver that nobody watches need not keep them.
+///
+/// Empty for a frame that is no end of an iteration, as a root of a closed form.
+///
+/// # Errors
+/// [`SolveError::Unsupported`] for more uncertain dimensions than [`MAX_EXTRAS`](crate::MAX_EXTRAS), and for touches that
+/// are not those of the solution.
+pub fn retrace(problem: &Problem<'_>, solution: &Solution) -> Result<Vec<Progress>, SolveError> {
+    let selected = solution.search.iter().flat_map(|search| &search.minima).find(|minimum| minimum.selected);
+    let (Some(_), Some(minimum)) = (solution.iteration, selected) else { return Ok(Vec::new()) };
+    let numbers: Vec<usize> =
+        (0..problem.touches().len()).filter(|index| !solution.excluded.contains(index)).collect();
+    let touches: Vec<Touch> = numbers.iter().map(|index| problem.touches()[*index]).collect();
+    let problem = problem.with_touches(&touches, &numbers)?;
+    let extras = uncertain(&problem);
+    with_unknowns!(extras.len(), P => {
+        let model = Model::<P>::new(&problem, &extras);
+        let (mut history, end, _) = followed(&model, Unknowns::at(minimum.start));
+        let standing = |at: &Unknowns| Standing::of(&problem).frame(at.frame);
+        // A search everywhere settles the ends of its descents.
+        let end = if standing(&end) == minimum.frame { end } else { settle(&model, end).unwrap_or(end) };
+        let (more, ..) = followed(&model, Unknowns { frame: standing(&end), ..end });
+        history.extend(more);
+        Ok(history)
+    })
+}
+
+/// Every step of a descent, where it ended and why.
+fn followed<const P: usize>(
+    model: &Model<'_, P>,
+    start: Unknowns,
+) -> (Vec<Progress>, Unknowns, Option<Stop>) {
+    let mut descent = Descent::from(model, start);
+    let (mut history, mut stop) = (Vec::new(), None);
+    while stop.is_none() && history.len() < STEPS {
+        let (progress, ended) = descent.advance(model);
+        history.push(progress);
+        stop = ended;
+    }
+    (history, descent.at, stop)
 }
 
 /// The very minimum near where a descent ended.

@@ -192,7 +192,9 @@ impl Pairs<'_> {
         frame: &Frame,
         rng: &mut impl Rng,
     ) -> Option<Located> {
-        let contacts: Layout = touchref::analysis::contacts(&**true_fixture, &at(layout), &Frame::identity());
+        let touched = at(layout);
+        let planned = Problem::new(&**true_fixture, &touched, *true_probe).unwrap();
+        let contacts: Layout = touchref::analysis::contacts(&planned, &Frame::identity());
         let touches = simulate(&**true_fixture, &contacts, frame, true_probe, SIGMA, rng);
         let problem = Problem::new(fixture, &touches, self.probe).unwrap();
         let solution = self.solver.solve(&problem).ok()?;

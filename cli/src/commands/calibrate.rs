@@ -15,7 +15,7 @@ use touchref::{
 use crate::{
     args::Format,
     failure::{Failure, Uncalibrated},
-    output::{Output, json, write_file},
+    output::{Output, json, working, write_file},
     setup::{MeasurementArgs, Setup},
     text::{self, Look},
 };
@@ -28,6 +28,8 @@ const TIP_RADIUS: &str = "tip_radius";
 /// The measurement has the touches of each placement under [[placement]], or a table with a column `placement`. What is
 /// stated with a standard uncertainty u is an unknown held by that; what --free names is told by the touches alone.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref calibrate examples/calibration.toml")]
 pub(crate) struct Args {
     #[command(flatten)]
     measurement: MeasurementArgs,
@@ -54,8 +56,10 @@ impl Args {
             .collect::<Result<Vec<_>, _>>()
             .map_err(InputError::from)?;
         let plugin = setup.measurement.plugin(registry)?;
-        let calibration = calibrate(plugin, &problems, &unknowns)
-            .map_err(|error| refused(error, &setup, placements.clone()))?;
+        let working = working("fitting all placements");
+        let calibration = calibrate(plugin, &problems, &unknowns);
+        drop(working);
+        let calibration = calibration.map_err(|error| refused(error, &setup, placements.clone()))?;
         let fixture = (setup.fixture.kind(), setup.fixture.parameters());
         let record =
             CalibrationRecord::new(fixture, (setup.measurement.units, &probe), &placements, &calibration);

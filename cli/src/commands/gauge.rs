@@ -1,5 +1,6 @@
 //! `gauge`: published worked examples of uncertainty, computed anew.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use touchref::{
     analysis::{
@@ -17,12 +18,17 @@ use crate::{
     text,
 };
 
+/// The form of its JSON.
+pub(crate) const SCHEMA: &str = "touchref.gauge/1";
+
 /// Compute published worked examples of measurement uncertainty anew, and hold the results against what was published
 ///
 /// The examples are of the GUM, its supplements 1 and 2, an NPL report and NIST Technical Note 1900. A figure passes when it is
 /// within half a unit of the last digit published, and for a Monte Carlo result within so much more as ours scatters (chance
 /// 1e-5 of being further off); NOTE is a figure that does not, for a reason that is known. Exit status 0: no other differs; 1: one does.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref gauge --samples 10000")]
 pub(crate) struct Args {
     /// Seed: the same seed gives the same figures, whatever the number of threads
     #[arg(long, value_name = "N", default_value_t = Settings::default().seed)]
@@ -36,40 +42,57 @@ pub(crate) struct Args {
 }
 
 /// The JSON of `gauge`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct GaugeRecord {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// Of the random numbers.
     pub(crate) seed: u64,
     /// Trials of each Monte Carlo calculation; `null` where each made as many as it took.
     pub(crate) samples: Option<u64>,
     /// At which a Monte Carlo result is further off than its tolerance.
     pub(crate) chance: f64,
+    /// How many figures are within their tolerance.
     pub(crate) pass: usize,
+    /// How many are not, for a reason that is known.
     pub(crate) note: usize,
+    /// How many are not, for none.
     pub(crate) diff: usize,
+    /// The worked examples.
     pub(crate) examples: Vec<ExampleRecord>,
 }
 
 /// One worked example.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ExampleRecord {
+    /// Where it was published.
     pub(crate) document: &'static str,
+    /// Clause of the document.
     pub(crate) clause: &'static str,
+    /// What is measured.
     pub(crate) title: &'static str,
+    /// Where the document is found.
     pub(crate) source: &'static str,
+    /// Its figures.
     pub(crate) figures: Vec<FigureRecord>,
 }
 
 /// One figure.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct FigureRecord {
+    /// What the figure is of.
     pub(crate) quantity: String,
     /// As published.
     pub(crate) published: &'static str,
     /// `printed` in the document, or `recomputed` for it.
+    #[schemars(extend("enum" = ["printed", "recomputed"]))]
     pub(crate) origin: &'static str,
+    /// As computed anew.
     pub(crate) computed: f64,
+    /// Computed less published.
     pub(crate) difference: f64,
+    /// By so much they may differ.
     pub(crate) tolerance: f64,
     /// The part of the tolerance that is half a unit of the last digit.
     pub(crate) rounding: f64,
@@ -77,6 +100,8 @@ pub(crate) struct FigureRecord {
     pub(crate) scatter: Option<f64>,
     /// Standard deviation of ours.
     pub(crate) scatter_s: Option<f64>,
+    /// `PASS`, `NOTE` or `DIFF`.
+    #[schemars(extend("enum" = [Verdict::Pass, Verdict::Note, Verdict::Diff].map(Verdict::name)))]
     pub(crate) verdict: &'static str,
     /// Of a NOTE.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -97,7 +122,7 @@ impl Args {
             records.push(ExampleRecord::new(example, figures));
             bar.inc(1);
         }
-        bar.finish_and_clear();
+        drop(bar);
         let record = GaugeRecord::new(settings, records);
         let output = Output::in_form(self.format, &record, &[], text::gauge);
         Ok(output.with_status(record.status()))
@@ -109,7 +134,7 @@ impl GaugeRecord {
         let figures = || examples.iter().flat_map(|example| &example.figures);
         let count = |verdict: Verdict| figures().filter(|figure| figure.verdict == verdict.name()).count();
         Self {
-            schema: "touchref.gauge/1",
+            schema: SCHEMA,
             seed: settings.seed,
             samples: match settings.trials {
                 Trials::Fixed(number) => Some(number),

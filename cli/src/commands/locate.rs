@@ -7,14 +7,15 @@ use touchref::{
     io::{
         InputError, SolutionRecord, dialect,
         history::{self, Entry, History},
-        solution::WarningRecord,
+        solution::{StepRecord, WarningRecord},
     },
+    solvers::refinement::Progress,
 };
 
 use crate::{
     args::Format,
     failure::Failure,
-    output::{Output, json, note},
+    output::{Output, Verbosity, json, note, verbosity},
     setup::{FULL_MARGIN, MeasurementArgs, NearArgs, Setup, SolverArgs},
     text,
 };
@@ -25,6 +26,11 @@ use crate::{
 /// what is wrong with the input (2). With --record the result is kept before it is printed; what cannot be kept is not
 /// printed, either (2).
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref locate examples/nederbragt-ravani.toml\n\
+\x20 touchref locate examples/three-sphere.toml --dialect kuka --dialect matrix\n\
+\x20 touchref locate examples/cube.toml --format json\n\
+\x20 touchref locate examples/logs/kuka.toml --verbose")]
 pub(crate) struct Args {
     #[command(flatten)]
     measurement: MeasurementArgs,
@@ -107,10 +113,25 @@ fn record(
 ) -> Result<SolutionRecord, Failure> {
     let mut record = SolutionRecord::new(&setup.context()?, solution);
     record.warnings.extend(setup.warnings().iter().map(WarningRecord::from));
+    if let (Verbosity::Verbose, Some(iteration)) = (verbosity(), &mut record.iteration) {
+        iteration.history = Some(setup.history(solution)?.iter().map(step).collect());
+    }
     let touched: Vec<_> = setup.touches()?.touches.iter().map(|touch| touch.at).collect();
     for (name, dialect) in dialects {
         let units = setup.measurement.units;
         record.tell(name, &Literal::new(name, &**dialect, &solution.frame, units, &touched)?);
     }
     Ok(record)
+}
+
+fn step(progress: &Progress) -> StepRecord {
+    let Progress { chi_square, gradient, step, damping, taken } = *progress;
+    let number = |value: f64| Some(value).filter(|value| value.is_finite());
+    StepRecord {
+        chi_square: number(chi_square),
+        gradient: number(gradient),
+        step: number(step),
+        damping: number(damping),
+        taken,
+    }
 }

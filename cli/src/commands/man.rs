@@ -1,6 +1,6 @@
 //! `man`: manual pages from the definition of the command line.
 
-use std::path::PathBuf;
+use std::{fs, path::PathBuf};
 
 use clap::CommandFactory;
 
@@ -8,9 +8,12 @@ use crate::{args::Cli, failure::Failure, output::Output};
 
 /// Print the manual page, or write the pages of every subcommand into a folder
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref man\n\
+\x20 touchref man pages")]
 pub(crate) struct Args {
     /// The folder
-    #[arg(value_name = "DIR")]
+    #[arg(value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
     folder: Option<PathBuf>,
 }
 
@@ -25,7 +28,8 @@ impl Args {
                 Ok(Output::bytes(page))
             }
             Some(folder) => {
-                clap_mangen::generate_to(Cli::command(), &folder)
+                fs::create_dir_all(&folder)
+                    .and_then(|()| clap_mangen::generate_to(Cli::command(), &folder))
                     .map_err(|error| Failure::writing(folder.display(), &error))?;
                 Ok(Output::nothing())
             }

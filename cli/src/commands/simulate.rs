@@ -26,6 +26,9 @@ use crate::{
 /// The fixture stands where --frame says; else where the measurement's own touches place it; else it coincides with
 /// the parent.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref simulate examples/cube.toml --seed 7 --count 3\n\
+\x20 touchref simulate examples/three-sphere.toml --frame 10,20,30,0,0,0,1")]
 pub(crate) struct Args {
     #[command(flatten)]
     measurement: MeasurementArgs,
@@ -38,7 +41,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     layout: LayoutArgs,
     /// True frame: x,y,z,qx,qy,qz,qw or a result file
-    #[arg(long, value_name = "FRAME", allow_hyphen_values = true)]
+    #[arg(long, value_name = "FRAME", allow_hyphen_values = true, value_hint = clap::ValueHint::FilePath)]
     frame: Option<String>,
     /// File to write [default: standard output]
     #[arg(short, long, value_name = "FILE")]
@@ -82,7 +85,7 @@ impl Args {
             (LayoutKind::Measurement, Some(frame)) => {
                 let touches = setup.touches()?;
                 let ids = touches.records.iter().map(|record| record.id.clone()).collect();
-                Contacts::Fixed(contacts(&*setup.fixture, &touches.touches, frame), ids)
+                Contacts::Fixed(contacts(&setup.problem()?, frame), ids)
             }
             (LayoutKind::Random, _) => Contacts::Random(self.layout.counts(&setup)?),
             _ => {

@@ -1,11 +1,12 @@
 //! Where the guide stands, for people: one line an answer.
 
 use super::{number::short, plan::place};
-use crate::commands::guide::Answer;
+use crate::commands::guide::{Answer, Undone};
 
 /// An answer as one line.
 pub(crate) fn answer(answer: &Answer) -> String {
-    let mut sentences = vec![beginning(answer)];
+    let mut sentences: Vec<String> = answer.undone.iter().map(undone).collect();
+    sentences.push(beginning(answer));
     let next = answer.next.as_ref().map(|next| place(next, answer.units));
     match answer.state {
         "error" => {
@@ -37,6 +38,14 @@ pub(crate) fn answer(answer: &Answer) -> String {
         sentences.push(format!("Touch next: {place}{}.", effect.unwrap_or_default()));
     }
     sentences.join(" ")
+}
+
+/// What was taken back.
+fn undone(undone: &Undone) -> String {
+    match (undone.touch, &undone.surface) {
+        (Some(touch), Some(surface)) => format!("touch {touch} on `{surface}` is taken back;"),
+        _ => "there was no touch to take back;".to_owned(),
+    }
 }
 
 fn beginning(answer: &Answer) -> String {

@@ -301,7 +301,8 @@ fn what_is_no_result_is_refused() {
     let (status, told) = refused(&refusal.stdout);
     assert_eq!(status, Some(2));
     assert!(
-        told.contains("it is a refusal") && told.contains("a refused measurement has no frame"),
+        told.contains("its schema is touchref.error/1")
+            && told.contains("a refused measurement has no frame"),
         "{told}"
     );
 

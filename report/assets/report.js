@@ -241,7 +241,7 @@
       const [dx, dy] = [end[0] - foot[0], end[1] - foot[1]];
       const far = Math.hypot(dx, dy);
       const [ux, uy] = far > 1 ? [dx / far, dy / far] : [0.6, -0.8];
-      word(String(index), end[0] + 9 * ux, end[1] + 9 * uy, ink, colour.paper, "12px system-ui, sans-serif");
+      word(String(touch.index), end[0] + 9 * ux, end[1] + 9 * uy, ink, colour.paper, "12px system-ui, sans-serif");
     }
     paint.globalAlpha = 1;
   };

@@ -63,3 +63,39 @@ fn numbers(values: impl IntoIterator<Item = f64>) -> Vec<String> {
 fn plain(text: &str) -> String {
     text.replace(char::is_control, "\u{fffd}")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn touch() -> ResidualRecord {
+        ResidualRecord {
+            index: 0,
+            id: None,
+            surface: "plane".to_owned(),
+            at: Some([0.1, -2.0, 1e-7]),
+            sigma: None,
+            covariance: None,
+            approach: None,
+            residual: None,
+            normalized: None,
+            excluded: false,
+            label_found: false,
+        }
+    }
+
+    #[test]
+    fn columns_are_there_where_there_is_something_in_them() {
+        let plain = Raw::of(&[touch()]).unwrap();
+        assert_eq!(plain.text, "surface,x,y,z\nplane,0.1,-2,0.0000001\n");
+        // sha256sum of that text.
+        assert_eq!(plain.sha256, "32fb73b30e6ae912b0553faba73844dcc08c3b49adc84baa3f9b9a19a736e031");
+        let found = ResidualRecord { label_found: true, sigma: Some(0.5), ..touch() };
+        let named = ResidualRecord { id: Some("a,\"b\"\r\n".to_owned()), ..touch() };
+        assert_eq!(
+            Raw::of(&[found, named]).unwrap().text,
+            "surface,x,y,z,id,sigma\n?,0.1,-2,0.0000001,,0.5\nplane,0.1,-2,0.0000001,\"a,\"\"b\"\"\u{fffd}\u{fffd}\",\n"
+        );
+        assert!(Raw::of(&[ResidualRecord { at: None, ..touch() }]).is_none());
+    }
+}

@@ -34,7 +34,7 @@ pub struct Scene {
     pub axis: f64,
     /// The surfaces that were touched, and all others, in the fixture's order.
     pub patches: Vec<Patch>,
-    /// The touches, in input order.
+    /// The touches, in input order; of very many those of the largest residuals.
     pub touches: Vec<TouchMark>,
     /// Radius of the probe's tip.
     pub tip_radius: f64,
@@ -88,6 +88,8 @@ pub struct Patch {
 /// A touch.
 #[derive(Debug, Clone)]
 pub struct TouchMark {
+    /// Which touch, from 0.
+    pub index: usize,
     /// What is said of it.
     pub text: String,
     /// The centre of the tip.
@@ -254,13 +256,17 @@ fn best_view(contacts: &[Contact]) -> View {
 
 fn touches(subject: &Subject<'_>, contacts: &[Contact]) -> Vec<TouchMark> {
     let units = subject.units.name();
-    let marks = subject.record.touches.iter().zip(contacts).map(|(touch, contact)| TouchMark {
-        text: words::touch(touch, units),
-        tip: contact.at,
-        foot: contact.foot,
-        normal: contact.normal,
-        residual: touch.residual.unwrap_or(0.0),
-        excluded: touch.excluded,
+    let marks = subject.told().into_iter().map(|index| {
+        let (touch, contact) = (&subject.record.touches[index], &contacts[index]);
+        TouchMark {
+            index,
+            text: words::touch(touch, units),
+            tip: contact.at,
+            foot: contact.foot,
+            normal: contact.normal,
+            residual: touch.residual.unwrap_or(0.0),
+            excluded: touch.excluded,
+        }
     });
     marks.collect()
 }

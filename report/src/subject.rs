@@ -16,6 +16,9 @@ pub(crate) const PROBABILITY: f64 = 0.95;
 /// No probe was ever so far from its parent, in any unit: numbers beyond are a mistake, and squares of them no numbers.
 const FARTHEST: f64 = 1e12;
 
+/// The most touches that are told one by one: those of the largest residuals.
+const MOST_TOLD: usize = 300;
+
 /// The most touches of which each is weighed by itself: what they know of each other grows with the square.
 const MOST_WEIGHED: usize = 2000;
 
@@ -57,6 +60,8 @@ pub(crate) struct Influence {
     pub(crate) test_value: Option<f64>,
     /// Smallest error that is noticed; `None` where none is, or no sigma is stated.
     pub(crate) smallest_detectable: Option<f64>,
+    /// Whether that is in degrees, and no length.
+    pub(crate) in_degrees: bool,
     /// How such an error, unnoticed, moves the frame.
     pub(crate) unnoticed: Option<Vector6<f64>>,
     /// How the frame moves when it is left out; `None` where nothing else tells what it tells.
@@ -185,6 +190,17 @@ impl<'a> Subject<'a> {
         self.fixture.shape_with(surface, &self.as_estimated().0)
     }
 
+    /// The touches that are told one by one, in input order.
+    pub(crate) fn told(&self) -> Vec<usize> {
+        let touches = &self.record.touches;
+        let size = |index: &usize| touches[*index].residual.map_or(f64::INFINITY, f64::abs);
+        let mut told: Vec<usize> = (0..touches.len()).collect();
+        told.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        told.truncate(MOST_TOLD);
+        told.sort_unstable();
+        told
+    }
+
     /// Where the touches were, in the parent.
     pub(crate) fn touched(&self) -> Vec<Point3<f64>> {
         self.contacts.iter().flatten().map(|contact| contact.at).collect()
@@ -257,6 +273,8 @@ impl<'a> Subject<'a> {
                 test_value: check.map(|check| check.test_value),
                 smallest_detectable: check
                     .map(|check| check.smallest_detectable * self.scale(checked.observation)),
+                // By which radians are multiplied; lengths stay.
+                in_degrees: self.scale(checked.observation) > 1.0,
                 unnoticed: checked.undetected_shift(),
                 left_out: checked.shift_without(),
             }
@@ -285,6 +303,7 @@ impl<'a> Subject<'a> {
                 redundancy,
                 test_value: None,
                 smallest_detectable: None,
+                in_degrees: false,
                 unnoticed: None,
                 left_out: apparent_error.map(|error| linear.sensitivity(index) * -error),
             }

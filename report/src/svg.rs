@@ -235,7 +235,7 @@ impl<'a> Picture<'a> {
         let numbered = self.scene.touches.len() <= MOST_NUMBERED;
         let tip_radius = self.scene.tip_radius * self.scale;
         html! {
-            @for (index, touch) in self.scene.touches.iter().enumerate() {
+            @for touch in &self.scene.touches {
                 @let foot = self.at(&touch.foot);
                 @let end = self.at(&(touch.foot + touch.normal * NORMAL * self.scene.radius));
                 @let off = self.at(&(touch.foot + touch.normal * touch.residual * self.scene.residuals_magnified));
@@ -254,7 +254,7 @@ impl<'a> Picture<'a> {
                     circle cx=(tenth(foot.x)) cy=(tenth(foot.y)) r="3.6" fill=(if touch.excluded { "#ffffff" } else { colour }) {}
                     @if numbered {
                         @let label = end + (end - foot).try_normalize(1.0).unwrap_or(Vector2::new(0.6, -0.8)) * 8.0;
-                        text x=(tenth(label.x)) y=(tenth(label.y + 4.0)) text-anchor="middle" stroke="none" font-size="12" { (index) }
+                        text x=(tenth(label.x)) y=(tenth(label.y + 4.0)) text-anchor="middle" stroke="none" font-size="12" { (touch.index) }
                     }
                 }
             }

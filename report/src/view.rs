@@ -39,6 +39,7 @@ pub(crate) fn json(scene: &Scene) -> Value {
     });
     let touches = scene.touches.iter().map(|touch| {
         json!({
+            "index": touch.index,
             "text": touch.text,
             "foot": place(&touch.foot),
             "normal": direction(&touch.normal),

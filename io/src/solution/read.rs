@@ -12,6 +12,9 @@ use crate::{Input, InputError, refusal, source::Source};
 /// What a result file is, for messages.
 const EXPECTED: &str = "a result file is what `touchref locate --format json` prints";
 
+/// What to do with a refusal.
+const REFUSED: &str = "a refused measurement has no frame: see in the file why, and locate again";
+
 /// What every kind of JSON says first.
 #[derive(Deserialize)]
 struct Kind {
@@ -39,7 +42,7 @@ impl SolutionRecord {
         let kind: Kind = serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
         if kind.schema == refusal::SCHEMA {
             return Err(wrong(format!("its schema is {}, it is a refusal", kind.schema))
-                .with_help("a refused measurement has no frame: see in the file why, and locate again"));
+                .with_help(REFUSED));
         }
         if kind.schema != SCHEMA {
             return Err(wrong(format!("its schema is {}, not {SCHEMA}", kind.schema)));

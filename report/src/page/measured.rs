@@ -15,12 +15,10 @@ use crate::{
     subject::{Influence, Observed, Subject},
 };
 
-/// The most rows of a table of touches: those that matter most.
-const MOST_ROWS: usize = 1000;
-
 pub(super) fn residuals(subject: &Subject<'_>) -> Markup {
     let units = subject.units.name();
-    let touches = &subject.record.touches;
+    let touches: Vec<&ResidualRecord> =
+        subject.told().into_iter().map(|index| &subject.record.touches[index]).collect();
     let in_sigmas = touches.iter().any(|touch| touch.normalized.is_some());
     let height = |touch: &ResidualRecord| if in_sigmas { touch.normalized } else { touch.residual };
     let bars = touches.iter().map(|touch| Bar {
@@ -34,7 +32,6 @@ pub(super) fn residuals(subject: &Subject<'_>) -> Markup {
     let lines = if in_sigmas { vec![(2.0, "two sigmas"), (-2.0, "two sigmas")] } else { Vec::new() };
     let chart =
         Chart { title: "Residual of each touch", axis: &axis, bars: bars.collect(), lines, up_to: None };
-    let shown = shown(touches);
     let body = html! {
         (chart.draw())
         p.note {
@@ -42,22 +39,15 @@ pub(super) fn residuals(subject: &Subject<'_>) -> Markup {
             @if in_sigmas { ", in standard deviations of the touch; of sound touches one in twenty is beyond the lines." }
             @else { ". No sigma is stated, so that none of them is large or small by itself." }
         }
-        @if shown.len() < touches.len() {
-            p.missing { "The table has the " (MOST_ROWS) " touches of the largest residuals." }
+        @if touches.len() < subject.record.touches.len() {
+            p.missing {
+                "Of the " (subject.record.touches.len()) " touches the " (touches.len()) " of the largest residuals are told one by \
+                 one, here, in the picture and below."
+            }
         }
-        (table_of_touches(&shown, units))
+        (table_of_touches(&touches, units))
     };
     section("residuals", "Residuals", &body)
-}
-
-/// The touches of the table, in input order.
-fn shown(touches: &[ResidualRecord]) -> Vec<&ResidualRecord> {
-    let mut shown: Vec<&ResidualRecord> = touches.iter().collect();
-    let size = |touch: &ResidualRecord| touch.residual.map_or(f64::INFINITY, f64::abs);
-    shown.sort_by(|a, b| size(b).total_cmp(&size(a)));
-    shown.truncate(MOST_ROWS);
-    shown.sort_by_key(|touch| touch.index);
-    shown
 }
 
 fn table_of_touches(touches: &[&ResidualRecord], units: &str) -> Markup {
@@ -65,7 +55,11 @@ fn table_of_touches(touches: &[&ResidualRecord], units: &str) -> Markup {
     let (ids, places) = (any(&|touch| touch.id.is_some()), any(&|touch| touch.at.is_some()));
     let (sigmas, notes) =
         (any(&|touch| touch.normalized.is_some()), any(&|touch| !words::note(touch).is_empty()));
-    let largest = touches.iter().filter_map(|touch| touch.residual).fold(0.0, |a: f64, b| a.max(b.abs()));
+    let largest = touches
+        .iter()
+        .filter(|touch| !touch.excluded)
+        .filter_map(|touch| touch.residual)
+        .fold(0.0, |a: f64, b| a.max(b.abs()));
     let digits = decimals(Some(largest), length_decimals(units));
     let mut header = columns(["touch"]);
     header.extend(ids.then(|| "id".to_owned()));
@@ -110,6 +104,14 @@ fn told(subject: &Subject<'_>, influences: &[Influence], points: &[Point3<f64>])
         let motion = motion.as_ref()?;
         points.iter().map(|point| subject.moved(point, motion)).reduce(f64::max)
     };
+    let told = subject.told();
+    let influences: Vec<&Influence> = influences
+        .iter()
+        .filter(|influence| match influence.of {
+            Observed::Touch(index) => told.binary_search(&index).is_ok(),
+            Observed::Stated(_) => true,
+        })
+        .collect();
     let with_sigma = influences.iter().any(|influence| influence.smallest_detectable.is_some());
     let touched = influences.iter().filter_map(|influence| match influence.of {
         Observed::Touch(index) => Some((index, influence)),
@@ -184,17 +186,20 @@ fn told(subject: &Subject<'_>, influences: &[Influence], points: &[Point3<f64>])
                  would be noticed only a stated sigma could tell."
             }
         }
-        @if influences.len() <= MOST_ROWS { (table_of_influences(subject, influences, &moved)) }
-        @else { p.missing { "There are too many touches for a table." } }
+        (table_of_influences(subject, &influences, &moved))
     }
 }
 
 fn table_of_influences(
     subject: &Subject<'_>,
-    influences: &[Influence],
+    influences: &[&Influence],
     moved: &dyn Fn(&Option<Vector6<f64>>) -> Option<f64>,
 ) -> Markup {
     let units = subject.units.name();
+    // A digit beyond those that the noise is worth.
+    let noise = subject.record.trust.sigma.or(subject.record.rms).map(|noise| 0.1 * noise);
+    let digits = decimals(noise, length_decimals(units));
+    let length = |length: f64| fixed(length, digits);
     let header = [
         String::new(),
         ">part seen".to_owned(),
@@ -211,14 +216,15 @@ fn table_of_influences(
             }
             Observed::Stated(what) => what.clone(),
         };
-        let of_moves = |motion| moved(motion).map_or("no bound".to_owned(), short);
+        let of_moves = |motion| moved(motion).map_or("no bound".to_owned(), length);
         let known = subject.record.trust.sigma.is_some() || influence.test_value.is_some();
         vec![
             name(&told),
             cell(fixed(influence.redundancy, 3)),
             cell(influence.test_value.map_or("-".to_owned(), |v| fixed(v, 2))),
             cell(match influence.smallest_detectable {
-                Some(smallest) => short(smallest),
+                Some(smallest) if influence.in_degrees => format!("{} degrees", short(smallest)),
+                Some(smallest) => length(smallest),
                 None if known => "none".to_owned(),
                 None => "-".to_owned(),
             }),

@@ -12,9 +12,11 @@ pub(super) fn section(id: &str, heading: &str, body: &Markup) -> Markup {
 
 /// A table. Its columns are told as `text` or `>number`, which is set to the right; the first cell of a row names it.
 pub(super) fn table(caption: &str, columns: &[String], rows: &[Vec<Markup>]) -> Markup {
+    /// With no more rows than this it stays on one page.
+    const SHORT: usize = 16;
     let class = |index: usize| columns.get(index).filter(|column| column.starts_with('>')).map(|_| "number");
     html! {
-        div.wide tabindex="0" role="region" aria-label=(caption) {
+        div.wide.short[rows.len() <= SHORT] tabindex="0" role="region" aria-label=(caption) {
             table {
                 caption { (caption) }
                 thead { tr {

@@ -230,3 +230,93 @@ fn revolved(point: &Point3<f64>, axis: &Unit<Vector3<f64>>, rings: &[(f64, f64)]
     }
     mesh.with_edges()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_6;
+
+    use super::*;
+
+    const RADIUS: f64 = 4.0;
+
+    fn every_shape() -> Vec<(Shape, Extent)> {
+        let axis = Unit::new_normalize(Vector3::new(0.2, -0.5, 0.8));
+        let point = Point3::new(1.0, 2.0, 3.0);
+        let along = Extent::Along { from: 1.0, to: 9.0 };
+        let cap = Extent::Cap { axis, half_angle: 1.0 };
+        let mut all = vec![(Shape::Plane { point, normal: axis }, Extent::Disc { radius: 5.0 })];
+        for bore in [false, true] {
+            all.push((Shape::Cylinder { point, axis, radius: RADIUS, bore }, along));
+            all.push((Shape::Sphere { center: point, radius: RADIUS, bore }, cap));
+            all.push((Shape::Cone { apex: point, axis, half_angle: FRAC_PI_6, bore }, along));
+        }
+        all
+    }
+
+    fn middle(mesh: &Mesh, face: usize) -> Point3<f64> {
+        let corners = &mesh.faces[face];
+        let sum: Vector3<f64> = corners.iter().map(|corner| mesh.vertices[*corner].coords).sum();
+        Point3::from(sum / corners.len() as f64)
+    }
+
+    #[test]
+    fn faces_lie_on_their_surface_and_look_outward() {
+        for (shape, extent) in every_shape() {
+            let mesh = Mesh::of(&shape, &extent, &[], 100.0);
+            for vertex in &mesh.vertices {
+                assert!(shape.seen_from(vertex).distance.abs() < 1e-12 * 100.0, "{shape:?} at {vertex}");
+            }
+            let mut on = 0;
+            for face in 0..mesh.faces.len() {
+                let seen = shape.seen_from(&middle(&mesh, face));
+                // The sagitta of a chord; what closes a pin is no part of its surface.
+                if seen.distance.abs() < 0.02 * RADIUS {
+                    on += 1;
+                    assert!(mesh.normal(face).dot(&seen.normal) > 0.98, "{shape:?}, face {face}");
+                }
+            }
+            assert!(on > 60 && on + 2 >= mesh.faces.len(), "{shape:?}: {on} of {}", mesh.faces.len());
+        }
+    }
+
+    #[test]
+    fn a_patch_reaches_its_touches_and_no_end_that_is_far_away() {
+        let normal = Vector3::z_axis();
+        let shape = Shape::Plane { point: Point3::origin(), normal };
+        let feet = [Point3::new(70.0, 0.0, 0.0), Point3::new(0.0, -3.0, 0.0)];
+        let bounds = |mesh: &Mesh| {
+            let along = |k: usize| mesh.vertices.iter().map(move |vertex| vertex[k]);
+            [0, 1].map(|k| [along(k).fold(f64::INFINITY, f64::min), along(k).fold(-f64::INFINITY, f64::max)])
+        };
+        let [[west, east], [south, north]] =
+            bounds(&Mesh::of(&shape, &Extent::Disc { radius: 1e9 }, &feet, 10.0));
+        assert!(west <= -5.6 && (75.0..=90.0).contains(&east), "{west} {east}");
+        assert!((-13.0..=-3.0).contains(&south) && (0.0..=10.0).contains(&north), "{south} {north}");
+    }
+
+    #[test]
+    fn what_is_beyond_a_plane_is_cut_off_and_ends_in_a_rim() {
+        for (shape, extent) in every_shape() {
+            let mesh = Mesh::of(&shape, &extent, &[], 100.0);
+            let (faces, middle) = (mesh.faces.len(), Point3::new(1.3, 1.0, 4.0));
+            let depth = move |point: &Point3<f64>| (point - middle).dot(&Vector3::new(0.6, 0.0, 0.8));
+            let cut = mesh.cut(depth);
+            assert!(!cut.faces.is_empty() && cut.faces.len() < faces, "{shape:?}");
+            assert!(cut.faces.iter().flatten().all(|corner| depth(&cut.vertices[*corner]) < 1e-12));
+            let on = |end: &usize| depth(&cut.vertices[*end]).abs() < 1e-12;
+            let at_plane: Vec<&Edge> = cut.edges.iter().filter(|edge| edge.ends.iter().all(on)).collect();
+            assert!(!at_plane.is_empty() && at_plane.iter().all(|edge| edge.rim), "{shape:?}");
+        }
+    }
+
+    #[test]
+    fn a_ball_has_no_rim_and_every_edge_two_faces() {
+        let shape = Shape::Sphere { center: Point3::origin(), radius: RADIUS, bore: false };
+        let mesh = Mesh::of(&shape, &Extent::Disc { radius: 0.0 }, &[], 0.0);
+        assert!(mesh.edges.iter().all(|edge| edge.faces.1.is_some() && !edge.rim));
+        for edge in &mesh.edges {
+            let has = |face: usize| edge.ends.iter().all(|end| mesh.faces[face].contains(end));
+            assert!(has(edge.faces.0) && edge.faces.1.is_some_and(has));
+        }
+    }
+}

@@ -3,6 +3,8 @@
 //!
 //! The fuzzer's binaries (`fuzz_targets/`) and a test of the workspace (`tests/fuzz.rs`) run the same targets.
 
+#![allow(unreachable_pub, reason = "a test takes this file as a module")]
+
 mod structured;
 mod text;
 

@@ -300,7 +300,7 @@ fn tables_fit_the_terminal() {
         "list",
         "describe least-squares",
         "study examples/cube.toml --trials 100",
-        "plan examples/three-sphere.toml",
+        "plan examples/nederbragt-ravani.toml --next",
         "uncertainty examples/three-sphere.toml --at 300,0,0 --at 0,0,200 --samples 1000",
         "reliability examples/nederbragt-ravani.toml --at 300,0,0",
         "element plane touches.csv --surface plane",

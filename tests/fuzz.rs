@@ -85,7 +85,9 @@ fn what_holds_of_every_input_holds_of_seeds_and_of_what_is_made_of_them() {
     targets::TARGETS.par_iter().enumerate().for_each(|(stream, (name, target))| {
         let seeds = seeds(name);
         let runs = if *name == "locate" { runs / LOCATE } else { runs };
-        seeds.iter().for_each(|seed| target(seed));
+        for seed in &seeds {
+            target(seed);
+        }
         let mut rng = generator(20_261_122, stream as u64);
         for run in 0..runs {
             let input = made(&seeds, &mut rng);

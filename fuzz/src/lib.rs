@@ -8,8 +8,11 @@
 mod structured;
 mod text;
 
+/// What a target does with its input.
+pub type Target = fn(&[u8]);
+
 /// Every target by name.
-pub const TARGETS: &[(&str, fn(&[u8]))] = &[
+pub const TARGETS: &[(&str, Target)] = &[
     ("calibration", text::calibration),
     ("dialect", text::dialect),
     ("frame", text::frame),

@@ -133,7 +133,7 @@ pub(super) fn registry(data: &[u8]) {
             let told = Literal::new(plugin.name, dialect, &Frame::identity(), Units::Millimetre, &[]);
             assert!(told.is_ok(), "{told:?}");
         }),
-        _ => build(u, REGISTRY.fixtures(), |fixture, plugin| is_fixture(fixture, plugin)),
+        _ => build(u, REGISTRY.fixtures(), is_fixture),
     };
 }
 
@@ -154,7 +154,7 @@ fn build<P: Plugin>(
     Ok(())
 }
 
-fn is_fixture(fixture: &dyn Fixture, plugin: &'static FixturePlugin) {
+fn is_fixture(fixture: &(dyn Fixture + 'static), plugin: &'static FixturePlugin) {
     /// Of the size: rounding of points that lie on their surfaces.
     const ROUNDING: f64 = 1e-9;
     let surfaces = fixture.surfaces();
@@ -218,11 +218,11 @@ impl Case {
             tip_radius_u: uncertainty(u, 2.0)?,
             sigma: if u.ratio(7, 8)? { Some(number(u, 1e-3 * size)?.abs()) } else { None },
         };
-        let near = match u.ratio(1, 8)? {
-            true => {
-                Frame::from_quaternion_xyzw(point(u, size)?, [(); 4].map(|()| u.arbitrary().unwrap_or(1.0)))
-            }
-            false => None,
+        let near = if u.ratio(1, 8)? {
+            let quaternion = [u.arbitrary()?, u.arbitrary()?, u.arbitrary()?, u.arbitrary()?];
+            Frame::from_quaternion_xyzw(point(u, size)?, quaternion)
+        } else {
+            None
         };
         let mut case = Self { fixture, solver, probe, touches: Vec::new(), near, truth: None };
         if u.ratio(7, 8)? {

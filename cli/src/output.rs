@@ -2,6 +2,7 @@
 
 use std::{
     cell::Cell,
+    fs::File,
     io::{self, IsTerminal, Write},
     ops::Deref,
     path::Path,
@@ -178,6 +179,11 @@ pub(crate) fn progress(steps: u64) -> Progress {
     Progress(bar(Some(steps), "{wide_bar} {pos} of {len}, {eta} left"))
 }
 
+/// The same for work of which nobody knows how much there is.
+pub(crate) fn progress_without_end() -> Progress {
+    Progress(bar(None, "{spinner} {pos}, {elapsed}"))
+}
+
 /// A bar in this style; hidden where nobody could see it, or wants to.
 fn bar(steps: Option<u64>, template: &str) -> ProgressBar {
     // A dumb terminal cannot go back on its line.
@@ -265,24 +271,58 @@ pub(crate) fn write_file(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), Failure> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
     let whole = || -> io::Result<()> {
-        if path.metadata().is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
-            // A pipe or a device cannot be replaced, and keeps no half of a file.
-            return write(&mut io::BufWriter::new(std::fs::File::create(path)?));
-        }
-        let mut file = new_file(folder)?;
-        let mut buffer = io::BufWriter::new(file.as_file_mut());
+        let mut file = NewFile::create(path)?;
+        let mut buffer = io::BufWriter::new(file.writer());
         write(&mut buffer)?;
         buffer.flush()?;
         drop(buffer);
-        file.persist(path)?;
-        Ok(())
+        file.keep()
     };
     whole().map_err(|error| Failure::writing(path.display(), &error))
+}
+
+/// A file that is whole or not there at all: it takes its place when it is kept.
+pub(crate) struct NewFile<'p> {
+    path: &'p Path,
+    content: Content,
+}
+
+enum Content {
+    /// A pipe or a device cannot be replaced, and keeps no half of a file.
+    InPlace(File),
+    Beside(NamedTempFile),
+}
+
+impl<'p> NewFile<'p> {
+    pub(crate) fn create(path: &'p Path) -> io::Result<Self> {
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        let content = if path.metadata().is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
+            Content::InPlace(File::create(path)?)
+        } else {
+            Content::Beside(new_file(folder)?)
+        };
+        Ok(Self { path, content })
+    }
+
+    /// To write to, best in large pieces.
+    pub(crate) fn writer(&mut self) -> &mut File {
+        match &mut self.content {
+            Content::InPlace(file) => file,
+            Content::Beside(file) => file.as_file_mut(),
+        }
+    }
+
+    /// Puts it in its place.
+    pub(crate) fn keep(self) -> io::Result<()> {
+        if let Content::Beside(file) = self.content {
+            file.persist(self.path)?;
+        }
+        Ok(())
+    }
 }
 
 /// A temporary file that others may read once it is in place, as far as the user's mask allows.

@@ -9,6 +9,7 @@ use touchref::{
 };
 
 use clap::ValueEnum;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::{
@@ -55,7 +56,7 @@ pub(crate) struct PlanningArgs {
 }
 
 /// A criterion, by name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum CriterionArg {
     /// The worst point of use
@@ -160,8 +161,9 @@ fn extent(fixture: &dyn Fixture, surface: usize, text: &str) -> Result<Extent, I
 }
 
 /// A place to touch.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct PlaceRecord {
+    /// Name of the surface.
     pub(crate) surface: String,
     /// Where the surface is met, in fixture coordinates.
     pub(crate) contact: [f64; 3],
@@ -174,9 +176,11 @@ pub(crate) struct PlaceRecord {
 }
 
 /// A place to touch, in the parent.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct InParent {
+    /// Centre of the tip.
     pub(crate) tip: [f64; 3],
+    /// Direction of the probe's motion, a unit vector.
     pub(crate) approach: [f64; 3],
 }
 

@@ -2,6 +2,7 @@
 
 use std::{cell::OnceCell, path::PathBuf, time::Instant};
 
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use touchref::{
     Fixture, Frame, Parameters, Problem, Registry, Solution, SolveError, Solver, SolverPlugin, Warning,
     io::{
@@ -59,6 +60,30 @@ pub(crate) struct NearArgs {
     /// Frame near which the answer is expected: x,y,z,qx,qy,qz,qw or a result file
     #[arg(long, value_name = "FRAME", allow_hyphen_values = true, value_hint = clap::ValueHint::FilePath)]
     near: Option<String>,
+}
+
+/// More threads than any machine has use for.
+const MOST_THREADS: i64 = 1024;
+
+/// How many threads work.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ThreadArgs {
+    /// Threads to work on [default: one for each processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    threads: Option<u16>,
+}
+
+impl ThreadArgs {
+    /// As many threads as were asked for.
+    pub(crate) fn pool(&self) -> Result<ThreadPool, InputError> {
+        // Without a number rayon takes that of the processors, or of RAYON_NUM_THREADS.
+        let threads = ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, usize::from)).build();
+        threads.map_err(|error| {
+            InputError::new("invalid-input", format!("cannot start the threads: {error}"))
+                .with_key("threads")
+                .with_help("give a smaller --threads")
+        })
+    }
 }
 
 impl NearArgs {

@@ -1,5 +1,6 @@
 //! Results and failures for people.
 
+mod batch;
 mod calibration;
 mod comparison;
 mod element;
@@ -8,7 +9,6 @@ mod gauge;
 mod guide;
 mod history;
 mod log;
-mod number;
 mod plan;
 mod plugins;
 mod reliability;
@@ -18,6 +18,9 @@ mod solution;
 mod study;
 mod uncertainty;
 
+use touchref::io::number;
+
+pub(crate) use batch::batch;
 pub(crate) use calibration::calibration;
 pub(crate) use comparison::comparison;
 pub(crate) use element::element;
@@ -27,7 +30,7 @@ pub(crate) use guide::answer;
 pub(crate) use history::history;
 pub(crate) use log::log;
 pub(crate) use plan::{next, plan};
-pub(crate) use plugins::{description, listing};
+pub(crate) use plugins::{description, listing, schemas};
 pub(crate) use reliability::reliability;
 pub(crate) use search::search;
 pub(crate) use solution::solution;

@@ -12,7 +12,7 @@ use std::{
 
 use common::{Folder, TABLE, example, paper, without_touches};
 
-const SUBCOMMANDS: [&str; 17] = [
+const SUBCOMMANDS: [&str; 21] = [
     "locate",
     "list",
     "describe",
@@ -28,6 +28,10 @@ const SUBCOMMANDS: [&str; 17] = [
     "log",
     "compare",
     "history",
+    "report",
+    "export",
+    "schema",
+    "batch",
     "completions",
     "man",
 ];
@@ -144,6 +148,8 @@ fn with_examples() -> Folder {
             fs::write(folder.0.path().join(name), &result).unwrap();
         }
     }
+    let simulated = folder.run(&["simulate", "examples/cube.toml", "--count", "3"], b"").stdout;
+    fs::write(folder.0.path().join("placements.csv"), simulated).unwrap();
     folder
 }
 

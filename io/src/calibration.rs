@@ -1,11 +1,12 @@
 //! The JSON of a calibration: `touchref.calibration/1`.
 
 use nalgebra::DMatrix;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use touchref_core::{Calibration, Parameters, Placement, Probe};
 
 use crate::{
-    FrameRecord, PlacementTouches, Units,
+    FrameRecord, PlacementTouches, Units, schema,
     solution::{
         AdjustmentRecord, CovarianceRecord, FixtureRecord, IterationRecord, ProbeRecord, ResidualRecord,
         WarningRecord, finite,
@@ -16,13 +17,15 @@ use crate::{
 pub const SCHEMA: &str = "touchref.calibration/1";
 
 /// What many placements of one fixture tell of its sizes and of the probe; lengths in `units`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CalibrationRecord {
-    /// [`SCHEMA`].
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     pub schema: String,
     /// The fixture as stated.
     pub fixture: FixtureRecord,
     /// Unit of every length.
+    #[schemars(schema_with = "schema::units")]
     pub units: String,
     /// The probe as stated.
     pub probe: ProbeRecord,
@@ -35,6 +38,7 @@ pub struct CalibrationRecord {
     /// Standard deviation of one touch.
     pub sigma: Option<f64>,
     /// `given` or `residuals`.
+    #[schemars(schema_with = "schema::sigma_source")]
     pub sigma_source: String,
     /// Root mean square of all residuals.
     pub rms: Option<f64>,
@@ -94,7 +98,7 @@ fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
 }
 
 /// One placement.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PlacementRecord {
     /// Which one, from 0.
     pub index: usize,

@@ -1,13 +1,14 @@
 //! Frames as text: in results, and as an argument.
 
 use nalgebra::Point3;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use touchref_core::Frame;
 
 use crate::{Input, InputError, source::Source};
 
 /// A frame as results write it: the same rotation three ways, so that no reader has to convert.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FrameRecord {
     /// The fixture's origin in the parent.
     pub origin: [f64; 3],

@@ -7,7 +7,9 @@
 //! * [`solution`], [`calibration`] and [`refusal`]: the JSON of a frame, of a calibration, and of an error;
 //! * [`frame`]: frames as text;
 //! * [`dialect`]: a frame in the words of the machine that will use it;
-//! * [`number`]: numbers as text;
+//! * [`export`]: results in the forms that other programs read;
+//! * [`schema`]: JSON Schema of all of these;
+//! * [`number`] and [`words`]: numbers as text, and what results say, in words;
 //! * [`mod@write`]: measurement files and touch tables as text;
 //! * `history`, a feature of that name: results kept over time.
 //!
@@ -18,6 +20,7 @@
 pub mod calibration;
 pub mod dialect;
 pub mod error;
+pub mod export;
 pub mod frame;
 #[cfg(feature = "history")]
 pub mod history;
@@ -26,11 +29,13 @@ pub mod measurement;
 pub mod number;
 pub mod parameter;
 pub mod refusal;
+pub mod schema;
 pub mod solution;
 pub mod source;
 pub mod table;
 mod tree;
 mod walk;
+pub mod words;
 pub mod write;
 
 pub use calibration::CalibrationRecord;

@@ -11,6 +11,7 @@ use touchref_core::{
 use crate::{Input, InputError, Units, log::LogSource, parameter, source::Source, table::TableReader};
 
 mod file;
+pub(crate) mod schema;
 
 pub(crate) use file::read_units;
 
@@ -350,7 +351,7 @@ impl Measurement {
             TouchSource::Listed(records) => {
                 Touches { records: records.clone(), file: self.file().to_owned(), ..Touches::default() }
             }
-            TouchSource::Table(input) => from_table(fixture, input)?,
+            TouchSource::Table(input) => from_table(fixture, input, self.units)?,
             TouchSource::Log(log) => log.touches(fixture, self.units, &self.probe)?,
         };
         self.same_certainty(&touches)?;
@@ -541,9 +542,9 @@ fn unlabelled(records: &[TouchRecord]) -> InputError {
     )
 }
 
-fn from_table(fixture: &dyn Fixture, input: &Input) -> Result<Touches, InputError> {
+fn from_table(fixture: &dyn Fixture, input: &Input, units: Units) -> Result<Touches, InputError> {
     let names: Vec<&str> = fixture.surfaces().iter().map(|surface| surface.name.as_str()).collect();
-    let mut reader = TableReader::open(input, &names)?;
+    let mut reader = TableReader::open(input, &names)?.in_units(units);
     let mut touches = Touches { file: input.name(), ..Touches::default() };
     for record in &mut reader {
         touches.records.push(record?);

@@ -20,7 +20,7 @@ pub(crate) type Written = (String, Range<usize>, Range<usize>);
 /// description checks them later. Tells in `places` where each stands, its name after `within`.
 pub(crate) fn from_table(
     table: &Table<'_>,
-    without: &'static str,
+    without: Option<&'static str>,
     within: &str,
     places: &mut Vec<Written>,
 ) -> Result<Parameters, InputError> {
@@ -48,7 +48,7 @@ fn from_field(field: &Field<'_>, name: &str, places: &mut Vec<Written>) -> Resul
                     let tables = elements.iter().enumerate().map(|(index, element)| {
                         let within = format!("{name}[{index}]");
                         places.push((within.clone(), element.node.span.clone(), element.node.span.clone()));
-                        from_table(&element.table()?, "", &format!("{within}."), places)
+                        from_table(&element.table()?, None, &format!("{within}."), places)
                     });
                     Ok(Value::Tables(tables.collect::<Result<_, _>>()?))
                 }

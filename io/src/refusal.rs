@@ -1,29 +1,61 @@
 //! The JSON of an error: `touchref.error/1`.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use touchref_core::SolveError;
 
 use crate::{
-    InputError, TouchRecord, Units,
+    InputError, TouchRecord, Units, schema,
     solution::{ObservabilityRecord, RootRecord, TrustRecord, TwistRecord},
 };
 
 /// The schema that [`ErrorRecord`] states.
 pub const SCHEMA: &str = "touchref.error/1";
 
+/// Every code there is: first those of sound input that gives no result to trust, then those of wrong input or a wrong call.
+pub const CODES: [&str; 25] = [
+    "ambiguous",
+    "degenerate",
+    "dialect-failed",
+    "inconsistent",
+    "not-converged",
+    "not-met",
+    "not-representable",
+    "not-validated",
+    "invalid-input",
+    "missing-column",
+    "missing-key",
+    "too-few-touches",
+    "unknown-column",
+    "unknown-dialect",
+    "unknown-fixture",
+    "unknown-key",
+    "unknown-log",
+    "unknown-name",
+    "unknown-point",
+    "unknown-solver",
+    "unknown-surface",
+    "unreadable",
+    "unsupported",
+    "unwritable",
+    "usage",
+];
+
 /// Why there is no frame. Only the details that an error has are written.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ErrorRecord {
-    /// [`SCHEMA`].
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     pub schema: &'static str,
     /// The error.
     pub error: ErrorDetails,
 }
 
 /// What is known of an error.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct ErrorDetails {
     /// By which programs know it.
+    #[schemars(extend("enum" = CODES))]
     pub code: String,
     /// For people: what is wrong, with the measured value and the bound.
     pub message: String,
@@ -38,7 +70,7 @@ pub struct ErrorDetails {
 }
 
 /// Where in an input something is wrong.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, JsonSchema)]
 pub struct PlaceRecord {
     /// The file.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -64,9 +96,10 @@ pub struct PlaceRecord {
 }
 
 /// What a solver found on the way to a refusal; lengths in `units`.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, JsonSchema)]
 pub struct Findings {
     /// Unit of every length.
+    #[schemars(schema_with = "schema::units")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub units: Option<&'static str>,
     /// The solver that refused.
@@ -123,7 +156,7 @@ pub struct Findings {
 }
 
 /// A placement that a refusal is about.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct ConcernedPlacement {
     /// Which one, from 0.
     pub index: usize,
@@ -132,7 +165,7 @@ pub struct ConcernedPlacement {
 }
 
 /// A touch that a refusal is about.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct ConcernedTouch {
     /// Which touch, from 0.
     pub index: usize,

@@ -5,27 +5,30 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use touchref_core::{
     Adjustment, Covariance, Iteration, Limit, Literal, Measure, Motion, Noise, Observability, Parameters,
     Probe, Residual, RootReport, Solution, Trust, Twist, Value, Warning,
 };
 
-use crate::{FrameRecord, TouchRecord, Units};
+use crate::{FrameRecord, TouchRecord, Units, schema};
 
 /// The schema that [`SolutionRecord`] states.
 pub const SCHEMA: &str = "touchref.solution/1";
 
 /// A frame with all that was weighed on the way; lengths in `units`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SolutionRecord {
-    /// [`SCHEMA`].
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     pub schema: String,
     /// The fixture.
     pub fixture: FixtureRecord,
     /// Name of the solver.
     pub solver: String,
     /// Unit of every length.
+    #[schemars(schema_with = "schema::units")]
     pub units: String,
     /// The probe as used.
     pub probe: ProbeRecord,
@@ -68,7 +71,7 @@ pub struct SolutionRecord {
 }
 
 /// What the numbers of a literal mean, and what they lose.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DialectNote {
     /// What they are relative to.
     pub parent: String,
@@ -167,11 +170,12 @@ pub(crate) fn finite(value: f64) -> Option<f64> {
 }
 
 /// A fixture: kind and parameters.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FixtureRecord {
     /// Name of its plugin.
     pub kind: String,
-    /// Parameters by name, in the order of the plugin's description.
+    /// Parameters by name, in the order of the plugin's description; a number that is uncertain is `{ value, u }`.
+    #[schemars(schema_with = "schema::parameters")]
     pub parameters: serde_json::Map<String, serde_json::Value>,
 }
 
@@ -187,7 +191,8 @@ fn parameters(parameters: &Parameters) -> serde_json::Map<String, serde_json::Va
     parameters.iter().map(|(name, value)| (name.to_owned(), parameter(value))).collect()
 }
 
-fn parameter(value: &Value) -> serde_json::Value {
+/// A parameter as JSON.
+pub(crate) fn parameter(value: &Value) -> serde_json::Value {
     match value {
         Value::Number { value, u } if *u == 0.0 => (*value).into(),
         Value::Number { value, u } => serde_json::json!({ "value": value, "u": u }),
@@ -201,7 +206,7 @@ fn parameter(value: &Value) -> serde_json::Value {
 }
 
 /// The probe as used.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ProbeRecord {
     /// Radius of the tip; 0 where touches are surface points.
     pub tip_radius: f64,
@@ -218,7 +223,7 @@ impl From<&Probe> for ProbeRecord {
 }
 
 /// How far one touch is from its surface.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ResidualRecord {
     /// Which touch, from 0.
     pub index: usize,
@@ -280,20 +285,27 @@ impl ResidualRecord {
     }
 }
 
+/// What the rows of a frame's covariance are.
+const ORDER: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+
 /// Covariance of a frame.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CovarianceRecord {
     /// The 6x6 matrix, rows first.
     pub matrix: [[f64; 6]; 6],
-    /// What its rows are: `x y z rx ry rz`.
+    /// What its rows are: `x y z rx ry rz`, translation of the fixture's origin and rotation vector; radians.
+    #[schemars(extend("const" = ORDER))]
     pub order: [String; 6],
     /// Along which axes: `parent`.
+    #[schemars(extend("const" = "parent"))]
     pub axes: String,
     /// About which point rotations are: `origin`, the fixture's.
+    #[schemars(extend("const" = "origin"))]
     pub about: String,
     /// Standard deviation of one touch that it stands on.
     pub sigma: Option<f64>,
     /// `given` or `residuals`.
+    #[schemars(schema_with = "schema::sigma_source")]
     pub sigma_source: String,
 }
 
@@ -301,7 +313,7 @@ impl From<&Covariance> for CovarianceRecord {
     fn from(covariance: &Covariance) -> Self {
         Self {
             matrix: covariance.matrix.transpose().into(),
-            order: ["x", "y", "z", "rx", "ry", "rz"].map(str::to_owned),
+            order: ORDER.map(str::to_owned),
             axes: "parent".to_owned(),
             about: "origin".to_owned(),
             sigma: finite(covariance.sigma),
@@ -311,13 +323,15 @@ impl From<&Covariance> for CovarianceRecord {
 }
 
 /// One root, and what became of it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RootRecord {
     /// Its frame.
     pub frame: FrameRecord,
     /// The dimensions it implies, by name: lengths, or degrees.
+    #[schemars(with = "BTreeMap<String, Option<f64>>")]
     pub measures: serde_json::Map<String, serde_json::Value>,
     /// Their standard uncertainties.
+    #[schemars(with = "BTreeMap<String, Option<f64>>")]
     pub measures_u: serde_json::Map<String, serde_json::Value>,
     /// How far it is from the known geometry, in standard deviations.
     pub misfit: Option<f64>,
@@ -344,7 +358,7 @@ impl From<&RootReport> for RootRecord {
 }
 
 /// An uncertain quantity that was an unknown beside the frame: a length, or degrees.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AdjustmentRecord {
     /// Name of the fixture's parameter, or `tip_radius`.
     pub name: String,
@@ -375,7 +389,7 @@ impl From<&Adjustment> for AdjustmentRecord {
 }
 
 /// How an iteration ended.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct IterationRecord {
     /// Steps made.
     pub steps: usize,
@@ -387,7 +401,7 @@ pub struct IterationRecord {
 }
 
 /// One step of an iteration.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StepRecord {
     /// Squared misfit after it.
     pub chi_square: Option<f64>,
@@ -408,7 +422,7 @@ impl From<Iteration> for IterationRecord {
 }
 
 /// The margin within which a frame stands: the standard deviation of one touch lies between two bounds.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TrustRecord {
     /// As stated.
     pub sigma: Option<f64>,
@@ -417,6 +431,7 @@ pub struct TrustRecord {
     /// Above this the frame is not the only one, or its uncertainty is not true; `null` where nothing limits it.
     pub up_to_sigma: Option<f64>,
     /// What gives way above: `none`, `ambiguity`, `curvature`, `rise` or `search`.
+    #[schemars(extend("enum" = LIMITS.map(limit_name)))]
     pub limited_by: String,
     /// The next best frame.
     pub second_minimum: Option<SecondMinimumRecord>,
@@ -425,7 +440,7 @@ pub struct TrustRecord {
 }
 
 /// The next best frame.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SecondMinimumRecord {
     /// Its squared misfit over the variance.
     pub chi_square: Option<f64>,
@@ -449,6 +464,9 @@ impl From<&Trust> for TrustRecord {
     }
 }
 
+/// Every limit there is.
+const LIMITS: [Limit; 5] = [Limit::None, Limit::Ambiguity, Limit::Curvature, Limit::Rise, Limit::Search];
+
 fn limit_name(limit: Limit) -> &'static str {
     match limit {
         Limit::None => "none",
@@ -461,7 +479,7 @@ fn limit_name(limit: Limit) -> &'static str {
 }
 
 /// What the touches see.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ObservabilityRecord {
     /// How many motions the touches determine.
     pub rank: usize,
@@ -485,7 +503,7 @@ impl From<&Observability> for ObservabilityRecord {
 }
 
 /// A small motion of the fixture, along the **parent's** axes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TwistRecord {
     /// Translation of the point `about`.
     pub translation: [f64; 3],
@@ -503,7 +521,7 @@ impl From<&Motion> for TwistRecord {
 }
 
 /// Something the user should know.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct WarningRecord {
     /// By which programs know it.
     pub code: String,

@@ -40,7 +40,7 @@ impl Input {
     ///
     /// # Errors
     /// `unreadable` when there is no such file, when it is a directory, or when it may not be read.
-    pub fn open(&self) -> Result<Box<dyn BufRead>, InputError> {
+    pub fn open(&self) -> Result<Box<dyn BufRead + Send>, InputError> {
         match self {
             Self::Stdin => Ok(Box::new(BufReader::new(io::stdin()))),
             Self::File(path) => {

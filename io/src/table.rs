@@ -3,12 +3,12 @@
 //! A header names the columns: `surface`, `x`, `y`, `z`, and where known `id`, `sigma`, `i`, `j`, `k` (the direction
 //! in which the probe moved) and `placement`. Fields are separated by commas, semicolons or tabs, whichever the
 //! header has; with semicolons a decimal comma is accepted. Lines that begin with `#` are comments. A touch whose surface
-//! is not known has [`UNLABELLED`] there, or nothing.
+//! is not known has [`UNLABELLED`] there, or nothing. A column `units` states the unit of each row: there is one in a table.
 
 use std::io::{self, BufRead, Read};
 
 use nalgebra::{Point3, Vector3};
-use touchref_core::{Noise, Warning, direction, parameters::nearest};
+use touchref_core::{Noise, Units, Warning, direction, parameters::nearest};
 
 use crate::{
     Input, InputError, TouchRecord,
@@ -29,6 +29,7 @@ enum Column {
     Sigma,
     Approach(usize),
     Placement,
+    Units,
     Ignored,
 }
 
@@ -44,6 +45,7 @@ const COLUMNS: &[(&str, Column)] = &[
     ("j", Column::Approach(1)),
     ("k", Column::Approach(2)),
     ("placement", Column::Placement),
+    ("units", Column::Units),
 ];
 
 /// Reads a touch table row by row; an iterator over its touches.
@@ -56,9 +58,22 @@ pub struct TableReader {
     header: Vec<String>,
     /// The names that surfaces may have; any, and no column for them, where there are none.
     surfaces: Option<Vec<String>>,
+    /// The unit that a row may state: that of the measurement, or of the first row that states one.
+    units: Option<Units>,
     warnings: Vec<Warning>,
     decimal_comma: bool,
     finished: bool,
+}
+
+/// A row of a table of many placements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlacedRow {
+    /// The placement it belongs to.
+    pub placement: String,
+    /// Its line, from 1.
+    pub line: usize,
+    /// Its touch, or what is wrong with it.
+    pub touch: Result<TouchRecord, InputError>,
 }
 
 impl std::fmt::Debug for TableReader {
@@ -88,11 +103,15 @@ impl TableReader {
     ///
     /// # Errors
     /// As [`open`](Self::open).
-    pub fn new(reader: Box<dyn BufRead>, name: &str, surfaces: &[&str]) -> Result<Self, InputError> {
+    pub fn new(reader: Box<dyn BufRead + Send>, name: &str, surfaces: &[&str]) -> Result<Self, InputError> {
         Self::with(reader, name, Some(surfaces.iter().map(|name| (*name).to_owned()).collect()))
     }
 
-    fn with(reader: Box<dyn BufRead>, name: &str, surfaces: Option<Vec<String>>) -> Result<Self, InputError> {
+    fn with(
+        reader: Box<dyn BufRead + Send>,
+        name: &str,
+        surfaces: Option<Vec<String>>,
+    ) -> Result<Self, InputError> {
         let mut lines = Lines { reader, name: name.to_owned(), number: 0, offset: 0 };
         let Some(header) = lines.next_line()? else {
             return Err(InputError::new("invalid-input", "the touch table is empty")
@@ -107,6 +126,7 @@ impl TableReader {
             columns: Vec::new(),
             header: (0..fields.len()).map(|index| fields.get(index).to_owned()).collect(),
             surfaces,
+            units: None,
             warnings: Vec::new(),
             finished: false,
             lines,
@@ -122,6 +142,44 @@ impl TableReader {
     /// As [`open`](Self::open).
     pub fn of_rows(header: &str, name: &str, surfaces: &[&str]) -> Result<Self, InputError> {
         Self::new(Box::new(io::Cursor::new(header.to_owned())), name, surfaces)
+    }
+
+    /// The same table, every row that states a unit having to state this one.
+    #[must_use]
+    pub fn in_units(self, units: Units) -> Self {
+        Self { units: Some(units), ..self }
+    }
+
+    /// Reads the next row of a table of many placements; `None` at its end.
+    ///
+    /// # Errors
+    /// A line of which not even the placement can be read. What else is wrong with a row concerns its placement only,
+    /// and is in the row.
+    pub fn next_placed(&mut self) -> Result<Option<PlacedRow>, InputError> {
+        let column = self.require_placements()?;
+        let Some(line) = self.lines.next_line()? else { return Ok(None) };
+        let touch = self.read_row(&line);
+        if self.fields.len() != self.columns.len() {
+            // A line that is cut otherwise than the header may have anything under `placement`.
+            return touch.map(|_| None);
+        }
+        match self.fields.get(column) {
+            "" => Err(self.wrong(&line, column, "the name of a placement")),
+            name => Ok(Some(PlacedRow { placement: name.to_owned(), line: line.number, touch })),
+        }
+    }
+
+    /// Which column names the placements, from 0.
+    ///
+    /// # Errors
+    /// `missing-column`.
+    pub fn require_placements(&self) -> Result<usize, InputError> {
+        self.columns.iter().position(|column| *column == Column::Placement).ok_or_else(|| {
+            InputError::new("missing-column", "column `placement` is missing")
+                .with_file(&self.lines.name)
+                .with_key("placement")
+                .with_help("it names the placement to which a touch belongs")
+        })
     }
 
     /// Reads a row that stands at line `number` of the input, from 1. An error keeps no row from being read later.
@@ -218,6 +276,7 @@ impl TableReader {
                 }
                 Column::Id if !text.is_empty() => record.id = Some(text.to_owned()),
                 Column::Placement if !text.is_empty() => record.placement = Some(text.to_owned()),
+                Column::Units => self.check_units(line, index)?,
                 _ => {}
             }
         }
@@ -252,6 +311,17 @@ impl TableReader {
             .with_nearest(nearest(name, surfaces.iter().map(String::as_str)))
             .with_key("surface")
             .at(self.fields.place(line, index)))
+    }
+
+    fn check_units(&mut self, line: &Line, index: usize) -> Result<(), InputError> {
+        let stated = Units::from_name(self.fields.get(index))
+            .ok_or_else(|| self.wrong(line, index, &format!("one of {}", Units::names())))?;
+        match *self.units.get_or_insert(stated) {
+            units if units == stated => Ok(()),
+            units => {
+                Err(self.wrong(line, index, &format!("`{units}`, as before: lengths are not converted")))
+            }
+        }
     }
 
     fn sigma(&self, line: &Line, index: usize) -> Result<f64, InputError> {
@@ -299,7 +369,7 @@ impl Iterator for TableReader {
 ///
 /// The names of one or two letters are near to too much: only another case or a unit behind them counts (`X`,
 /// `x_mm`, `x [mm]`).
-fn nearest_column(name: &str) -> Option<&'static str> {
+pub fn nearest_column(name: &str) -> Option<&'static str> {
     let lower = name.to_lowercase();
     let stem = lower.split(|c: char| !c.is_alphanumeric()).next().unwrap_or("");
     let names = || COLUMNS.iter().map(|(name, _)| *name);
@@ -325,7 +395,7 @@ pub(crate) fn decimal(text: &str, decimal_comma: bool) -> Option<f64> {
 
 /// The lines of an input that are neither blank nor comments.
 struct Lines {
-    reader: Box<dyn BufRead>,
+    reader: Box<dyn BufRead + Send>,
     name: String,
     number: usize,
     offset: usize,

@@ -69,8 +69,11 @@ impl<'a> Table<'a> {
     }
 
     /// Every key with its value, in the order of the text, except `without`.
-    pub(crate) fn fields(&self, without: &'static str) -> impl Iterator<Item = (&'a Entry, Field<'a>)> + '_ {
-        self.entries.iter().filter(move |entry| entry.key != without).map(|entry| {
+    pub(crate) fn fields(
+        &self,
+        without: Option<&'static str>,
+    ) -> impl Iterator<Item = (&'a Entry, Field<'a>)> + '_ {
+        self.entries.iter().filter(move |entry| without != Some(entry.key.as_str())).map(|entry| {
             (entry, Field { source: self.source, path: self.path_of(&entry.key), node: &entry.value })
         })
     }

@@ -80,6 +80,21 @@ fn a_frame_is_told_in_the_dialect_of_the_house() {
     assert!((literal.rounding_loss - 0.000_53).abs() < 0.000_02, "{}", literal.rounding_loss);
 }
 
+/// An editor completes a measurement of it like one of the built-in fixtures.
+#[test]
+fn the_schema_of_a_measurement_has_the_corner() {
+    let schema = touchref::io::schema::measurement(&registry().unwrap());
+    let fixtures = schema["properties"]["fixture"]["oneOf"].as_array().unwrap();
+    let kind = |name: &str| fixtures.iter().find(|one| one["properties"]["kind"]["const"] == name).unwrap();
+    let corner = kind(corner::PLUGIN.name);
+    for spec in corner::PLUGIN.parameters {
+        let described = corner["properties"][spec.name]["description"].as_str().unwrap();
+        assert!(described.starts_with(spec.meaning), "{described}");
+    }
+    assert!(corner["description"].as_str().unwrap().contains(corner::PLUGIN.frame));
+    assert_eq!(kind("cube")["required"][1], "edge");
+}
+
 /// Every pair, on exact touches and on noisy ones: the right frame, or a typed refusal.
 #[test]
 fn every_solver_works_with_every_fixture() {

@@ -6,6 +6,7 @@ use std::{
 };
 
 use nalgebra::Point3;
+use schemars::JsonSchema;
 use serde::Serialize;
 use touchref::{
     Covariance, Fixture, Frame, Motion, Probe, Problem, Registry, SigmaSource, Touch, TouchError, Twist,
@@ -20,6 +21,7 @@ use touchref::{
     io::{
         FrameRecord, Input, InputError, SolutionRecord,
         history::{History, Selection},
+        schema,
         solution::{FixtureRecord, TwistRecord, WarningRecord},
     },
 };
@@ -29,6 +31,9 @@ use super::{
     reliability::chance,
 };
 use crate::{args::Format, failure::Failure, output::Output, points::PointArgs, text};
+
+/// The form of its JSON.
+pub(crate) const SCHEMA: &str = "touchref.comparison/1";
 
 /// Tell whether the fixture has moved between results, by how much, along which motion, and how sure that is
 ///
@@ -66,10 +71,15 @@ pub(crate) struct Args {
 }
 
 /// The JSON of `compare`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ComparisonRecord {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// The fixture.
     pub(crate) fixture: FixtureRecord,
+    /// Unit of every length.
+    #[schemars(schema_with = "schema::units")]
     pub(crate) units: String,
     /// Whether any result is out of its limit, or the baseline is no single frame.
     pub(crate) moved: bool,
@@ -79,19 +89,22 @@ pub(crate) struct ComparisonRecord {
     pub(crate) alpha_of_series: f64,
     /// What counts as the same error in all results: names of parameters, or `tip_radius`.
     pub(crate) common: Vec<String>,
+    /// What the results are held against.
     pub(crate) baseline: BaselineRecord,
     /// In the order of the results.
     pub(crate) comparisons: Vec<ChangeRecord>,
     /// Index, in `comparisons`, of the first that has moved.
     pub(crate) first_moved: Option<usize>,
+    /// What the user should know.
     pub(crate) warnings: Vec<WarningRecord>,
 }
 
 /// What the others are held against.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct BaselineRecord {
     /// What its results are called.
     pub(crate) results: Vec<String>,
+    /// Its frame in the parent, the mean of the results' frames.
     pub(crate) frame: FrameRecord,
     /// As a result states it.
     pub(crate) covariance: [[f64; 6]; 6],
@@ -100,24 +113,27 @@ pub(crate) struct BaselineRecord {
 }
 
 /// How far something is from nothing.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct SignificanceRecord {
     /// Squared Mahalanobis distance.
     pub(crate) squared_distance: f64,
     /// Which it exceeds by chance `alpha` where there is nothing.
     pub(crate) limit: f64,
     /// `chi-square`, or `F` for a distance that is an F-ratio times its degrees of freedom.
+    #[schemars(extend("enum" = ["chi-square", "F"]))]
     pub(crate) distribution: &'static str,
+    /// Motions that are compared.
     pub(crate) degrees_of_freedom: usize,
     /// Of the noise, for an F-ratio.
     pub(crate) degrees_of_freedom_of_noise: Option<usize>,
+    /// Chance of a larger distance where there is nothing.
     pub(crate) p_value: Option<f64>,
     /// Whether it exceeds the limit.
     pub(crate) exceeded: bool,
 }
 
 /// The motion from the baseline to one result.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ChangeRecord {
     /// What the result is called.
     pub(crate) result: String,
@@ -142,30 +158,37 @@ pub(crate) struct ChangeRecord {
 }
 
 /// A number and its standard uncertainty.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub(crate) struct Uncertain {
+    /// The number.
     pub(crate) value: f64,
+    /// Its standard uncertainty.
     pub(crate) u: f64,
 }
 
 /// How far a point of the fixture has moved.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct PointRecord {
     /// Fixture coordinates.
     pub(crate) at: [f64; 3],
     /// Along the parent's axes.
     pub(crate) moved: [f64; 3],
+    /// Of `moved`, along the parent's axes.
     pub(crate) covariance: [[f64; 3]; 3],
+    /// Length of `moved`.
     pub(crate) distance: Uncertain,
 }
 
 /// What may have moved, and how well that explains the touches.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ExplanationRecord {
     /// Name of the surface; `null` for the fixture as a whole.
     pub(crate) surface: Option<String>,
+    /// Squared misfit of all touches over the variance, if only this has moved.
     pub(crate) chi_square: f64,
+    /// Touches less unknowns.
     pub(crate) degrees_of_freedom: usize,
+    /// Chance of a larger `chi_square`.
     pub(crate) p_value: f64,
     /// Whether `p_value` is at least `alpha`.
     pub(crate) explains: bool,
@@ -265,7 +288,7 @@ impl Args {
         let first_moved = comparisons.iter().position(|change| change.significance.exceeded);
         let disagrees = agreement.as_ref().is_some_and(|agreement| agreement.exceeded);
         Ok(ComparisonRecord {
-            schema: "touchref.comparison/1",
+            schema: SCHEMA,
             fixture: results[0].record.fixture.clone(),
             units: results[0].record.units.clone(),
             moved: first_moved.is_some() || disagrees,

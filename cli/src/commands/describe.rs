@@ -1,15 +1,19 @@
 //! `describe`: all that a fixture, a solver, a dialect or a format of logs says of itself.
 
 use nalgebra::Point3;
+use schemars::JsonSchema;
 use serde::Serialize;
 use touchref::{
     DialectPlugin, FixturePlugin, Frame, Literal, ParameterKind, ParameterSpec, Parameters, Plugin, Probe,
     Registry, SolverPlugin, TableSpec, Value,
-    io::{InputError, Measurement, TouchRecord, Units, dialect, log, solution::DialectNote, write},
+    io::{InputError, Measurement, TouchRecord, Units, dialect, log, schema, solution::DialectNote, write},
     parameters::TYPE,
 };
 
 use crate::{args::Format, commands::list::LOG_ORIGIN, failure::Failure, output::Output, text};
+
+/// The form of its JSON.
+pub(crate) const SCHEMA: &str = "touchref.describe/1";
 
 /// Tell parameters, surfaces, touches and frame of a fixture, what a solver does, what the numbers of a dialect mean,
 /// or what is read of a log
@@ -26,40 +30,55 @@ pub(crate) struct Args {
 }
 
 /// The JSON of `describe`: a fixture, a solver, a dialect or a format of logs.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Description {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
-    /// `fixture`, `solver`, `dialect` or `log`.
+    /// What it is.
+    #[schemars(extend("enum" = ["fixture", "solver", "dialect", "log"]))]
     pub(crate) kind: &'static str,
+    /// By which it is called.
     pub(crate) name: &'static str,
+    /// What it is, in one line.
     pub(crate) summary: &'static str,
+    /// Crate and module it comes from.
     pub(crate) origin: &'static str,
+    /// Its parameters, in the order in which help shows them.
     pub(crate) parameters: Vec<ParameterDescription>,
     #[serde(flatten)]
     pub(crate) of: Kind,
+    /// Paper, book or standard it comes from.
     pub(crate) reference: &'static str,
 }
 
 /// What only one of the kinds has.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub(crate) enum Kind {
     Fixture {
+        /// Its surfaces; none where its parameters state them.
         surfaces: Vec<SurfaceDescription>,
+        /// How many touches it needs, in words.
         touches: &'static str,
+        /// Where its frame's origin and axes are, in words.
         frame: &'static str,
+        /// The frame drawn in text.
         drawing: &'static str,
         /// A measurement file.
         example: String,
     },
     Solver {
+        /// What it does, in a paragraph.
         about: &'static str,
     },
     Log {
+        /// What it does, in a paragraph.
         about: &'static str,
         /// Endings of its files.
         extensions: &'static [&'static str],
         /// `null` where the measurement states it, or the log tells it.
+        #[schemars(schema_with = "schema::units_or_null")]
         units: Option<&'static str>,
         /// What its positions are always relative to; `null` where the measurement states it, or the log tells it.
         frame: Option<&'static str>,
@@ -76,13 +95,16 @@ pub(crate) enum Kind {
     },
 }
 
-#[derive(Debug, Serialize)]
+/// A parameter of a plugin.
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ParameterDescription {
+    /// The key in a measurement file.
     pub(crate) name: &'static str,
     /// Which values it takes, in words.
     pub(crate) takes: String,
     /// `null` for one that must be given; `instead of NAME` for one that may take the place of another.
     pub(crate) default: Option<&'static str>,
+    /// What it means, in one line.
     pub(crate) meaning: &'static str,
     /// What each type of its tables has, for one that takes tables.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -90,9 +112,11 @@ pub(crate) struct ParameterDescription {
 }
 
 /// One type of the tables that a parameter takes.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct TableDescription {
+    /// The word that `type` has.
     pub(crate) name: &'static str,
+    /// What else such a table has.
     pub(crate) parameters: Vec<ParameterDescription>,
 }
 
@@ -116,9 +140,12 @@ impl ParameterDescription {
     }
 }
 
-#[derive(Debug, Serialize)]
+/// A surface of a fixture.
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct SurfaceDescription {
+    /// The name that touches refer to.
     pub(crate) name: &'static str,
+    /// What it is.
     pub(crate) meaning: &'static str,
 }
 
@@ -170,7 +197,7 @@ fn of_log(importer: &'static log::Importer) -> Description {
         example: log_example(importer),
     };
     Description {
-        schema: "touchref.describe/1",
+        schema: SCHEMA,
         kind: "log",
         name: importer.name,
         summary: importer.summary,
@@ -223,7 +250,7 @@ fn of_dialect(plugin: &'static DialectPlugin) -> Result<Description, Failure> {
 fn describe<P: Plugin>(plugin: &'static P, of: Kind, reference: &'static str) -> Description {
     let parameters = plugin.parameters().iter().map(ParameterDescription::of);
     Description {
-        schema: "touchref.describe/1",
+        schema: SCHEMA,
         kind: P::KIND,
         name: plugin.name(),
         summary: plugin.summary(),

@@ -3,6 +3,7 @@
 use std::{collections::BTreeSet, io, path::PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use schemars::JsonSchema;
 use serde::Serialize;
 use touchref::{
     Shape,
@@ -16,6 +17,9 @@ use crate::{
     output::Output,
     text::{self, Look},
 };
+
+/// The form of its JSON.
+pub(crate) const SCHEMA: &str = "touchref.element/1";
 
 /// Fit one surface to touches: a plane, sphere, cylinder or cone, its sizes free, without a starting guess
 ///
@@ -47,30 +51,45 @@ fn kinds() -> impl TypedValueParser<Value = ElementKind> {
 
 /// The JSON of `element`: the keys that the element has. Standard uncertainties are from the residuals, and absent where
 /// there are no more points than unknowns.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ElementRecord {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// Kind of surface.
+    #[schemars(extend("enum" = ElementKind::ALL.map(ElementKind::name)))]
     pub(crate) element: &'static str,
+    /// How many points it goes through.
     pub(crate) points: usize,
     /// Nearest the points' mean: of an axis, of a plane; a sphere's centre.
     pub(crate) point: [f64; 3],
+    /// Of a plane's normal, of an axis; of a cone to growing radius: a unit vector.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) direction: Option<[f64; 3]>,
+    /// Radius of the sphere or cylinder through the points.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) radius: Option<f64>,
+    /// Its standard uncertainty.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) radius_u: Option<f64>,
+    /// Of a cone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) apex: Option<[f64; 3]>,
+    /// Angle between axis and surface of a cone, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) half_angle_deg: Option<f64>,
+    /// Its standard uncertainty, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) half_angle_deg_u: Option<f64>,
+    /// Of `point`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) point_covariance: Option<[[f64; 3]; 3]>,
+    /// Of `direction`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) direction_covariance: Option<[[f64; 3]; 3]>,
+    /// Root mean square of the distances.
     pub(crate) rms: f64,
+    /// Distinct minima that were seen.
     pub(crate) minima: usize,
     /// Of the next lowest minimum.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -93,7 +112,7 @@ impl ElementRecord {
         };
         let size_u = |k: usize| element.covariance.map(|covariance| covariance.sizes[k].sqrt());
         Self {
-            schema: "touchref.element/1",
+            schema: SCHEMA,
             element: kind.name(),
             points,
             point: element.point.into(),

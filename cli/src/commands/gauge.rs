@@ -1,5 +1,6 @@
 //! `gauge`: published worked examples of uncertainty, computed anew.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use touchref::{
     analysis::{
@@ -16,6 +17,9 @@ use crate::{
     samples::trials,
     text,
 };
+
+/// The form of its JSON.
+pub(crate) const SCHEMA: &str = "touchref.gauge/1";
 
 /// Compute published worked examples of measurement uncertainty anew, and hold the results against what was published
 ///
@@ -38,40 +42,57 @@ pub(crate) struct Args {
 }
 
 /// The JSON of `gauge`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct GaugeRecord {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// Of the random numbers.
     pub(crate) seed: u64,
     /// Trials of each Monte Carlo calculation; `null` where each made as many as it took.
     pub(crate) samples: Option<u64>,
     /// At which a Monte Carlo result is further off than its tolerance.
     pub(crate) chance: f64,
+    /// How many figures are within their tolerance.
     pub(crate) pass: usize,
+    /// How many are not, for a reason that is known.
     pub(crate) note: usize,
+    /// How many are not, for none.
     pub(crate) diff: usize,
+    /// The worked examples.
     pub(crate) examples: Vec<ExampleRecord>,
 }
 
 /// One worked example.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ExampleRecord {
+    /// Where it was published.
     pub(crate) document: &'static str,
+    /// Clause of the document.
     pub(crate) clause: &'static str,
+    /// What is measured.
     pub(crate) title: &'static str,
+    /// Where the document is found.
     pub(crate) source: &'static str,
+    /// Its figures.
     pub(crate) figures: Vec<FigureRecord>,
 }
 
 /// One figure.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct FigureRecord {
+    /// What the figure is of.
     pub(crate) quantity: String,
     /// As published.
     pub(crate) published: &'static str,
     /// `printed` in the document, or `recomputed` for it.
+    #[schemars(extend("enum" = ["printed", "recomputed"]))]
     pub(crate) origin: &'static str,
+    /// As computed anew.
     pub(crate) computed: f64,
+    /// Computed less published.
     pub(crate) difference: f64,
+    /// By so much they may differ.
     pub(crate) tolerance: f64,
     /// The part of the tolerance that is half a unit of the last digit.
     pub(crate) rounding: f64,
@@ -79,6 +100,8 @@ pub(crate) struct FigureRecord {
     pub(crate) scatter: Option<f64>,
     /// Standard deviation of ours.
     pub(crate) scatter_s: Option<f64>,
+    /// `PASS`, `NOTE` or `DIFF`.
+    #[schemars(extend("enum" = [Verdict::Pass, Verdict::Note, Verdict::Diff].map(Verdict::name)))]
     pub(crate) verdict: &'static str,
     /// Of a NOTE.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -111,7 +134,7 @@ impl GaugeRecord {
         let figures = || examples.iter().flat_map(|example| &example.figures);
         let count = |verdict: Verdict| figures().filter(|figure| figure.verdict == verdict.name()).count();
         Self {
-            schema: "touchref.gauge/1",
+            schema: SCHEMA,
             seed: settings.seed,
             samples: match settings.trials {
                 Trials::Fixed(number) => Some(number),

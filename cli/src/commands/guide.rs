@@ -2,6 +2,7 @@
 
 use std::io::{self, BufRead, Read as _};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use touchref::{
     Frame, Problem, Registry, Solution, SolveError, Touch,
@@ -10,6 +11,7 @@ use touchref::{
     io::{
         ErrorRecord, InputError, SolutionRecord, TouchRecord,
         refusal::ErrorDetails,
+        schema,
         solution::{Context, WarningRecord},
         table::TableReader,
     },
@@ -24,6 +26,9 @@ use crate::{
     setup::{MeasurementArgs, NearArgs, Setup, SolverArgs},
     text::{self, Look},
 };
+
+/// The form of its JSON.
+pub(crate) const SCHEMA: &str = "touchref.guide/1";
 
 /// What messages call the input.
 const INPUT: &str = "standard input";
@@ -62,24 +67,46 @@ pub(crate) struct Args {
     format: Format,
 }
 
+/// How things may stand: without a frame, with one, refused by the solver, or at a line that cannot be used.
+const STATES: [&str; 13] = [
+    "free",
+    "located",
+    "done",
+    "ambiguous",
+    "degenerate",
+    "inconsistent",
+    "not-converged",
+    "not-validated",
+    "invalid-input",
+    "too-few-touches",
+    "unsupported",
+    "error",
+    "unfinished",
+];
+
 /// The answer to a line. What does not exist is `null` or empty.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Answer {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
     /// The line that is answered, from 1; `null` before the first and after the last.
     pub(crate) line: Option<usize>,
-    /// `free`, `ambiguous`, `inconsistent`, `not-validated`, `degenerate`, `not-converged`, `located`, `done`, `error` or
-    /// `unfinished`.
+    /// How things stand.
+    #[schemars(extend("enum" = STATES))]
     pub(crate) state: &'static str,
     /// How many touches there are.
     pub(crate) touches: usize,
     /// The last of them, from 0, and its surface.
     pub(crate) touch: Option<usize>,
+    /// The surface of that touch.
     pub(crate) surface: Option<String>,
     /// What the line took back.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) undone: Option<Undone>,
     /// Motions to determine, and which of them are still free.
     pub(crate) unknowns: usize,
+    /// Motions that are still free, in words.
     pub(crate) free: Vec<String>,
     /// Touches that the fixture still needs, in words.
     pub(crate) missing: Option<String>,
@@ -87,21 +114,27 @@ pub(crate) struct Answer {
     pub(crate) points: Vec<PointRecord>,
     /// Largest expanded uncertainty over these.
     pub(crate) expanded: Option<f64>,
+    /// The expanded uncertainty that is wanted.
     pub(crate) target: Option<f64>,
+    /// Unit of every length.
+    #[schemars(schema_with = "schema::units")]
     pub(crate) units: &'static str,
+    /// The touch to make next.
     pub(crate) next: Option<NextTouch>,
     /// Why there is no frame, or what is wrong with the line.
     pub(crate) error: Option<ErrorDetails>,
+    /// What the user should know.
     pub(crate) warnings: Vec<WarningRecord>,
     /// The result, as of `locate`.
     pub(crate) solution: Option<SolutionRecord>,
 }
 
 /// A touch that was taken back; nothing where there was none.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Undone {
-    /// Which it was, from 0, and its surface.
+    /// Which it was, from 0.
     pub(crate) touch: Option<usize>,
+    /// Its surface.
     pub(crate) surface: Option<String>,
 }
 
@@ -245,7 +278,9 @@ impl Lines {
             let fields = || text.split([',', ';', '\t']).map(str::trim);
             let is_header = fields().all(|field| field.replace(',', ".").parse::<f64>().is_err());
             let header = if is_header { text } else { HEADERS[usize::from(fields().count() > 4)] };
-            *self = Self::Table(Box::new(TableReader::of_rows(header, INPUT, &names)?));
+            *self = Self::Table(Box::new(
+                TableReader::of_rows(header, INPUT, &names)?.in_units(session.setup.measurement.units),
+            ));
             if is_header {
                 return Ok(Line::Nothing);
             }
@@ -298,7 +333,7 @@ impl Session<'_> {
 
     fn blank(&self) -> Answer {
         Answer {
-            schema: "touchref.guide/1",
+            schema: SCHEMA,
             line: None,
             state: "free",
             touches: self.touches.len(),

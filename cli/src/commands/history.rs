@@ -6,10 +6,12 @@ use std::{
 };
 
 use clap::ValueEnum;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
 use touchref::io::{
-    InputError,
+    ErrorRecord, InputError, SolutionRecord,
     history::{self, Entry, History, Recorded, Selection},
+    schema,
 };
 
 use crate::{
@@ -17,6 +19,9 @@ use crate::{
     output::{Output, write_file},
     text::{self, Look},
 };
+
+/// The form of its JSON.
+pub(crate) const SCHEMA: &str = "touchref.history/1";
 
 /// List the results that `locate --record` has kept, or write them as result files
 ///
@@ -91,27 +96,46 @@ enum ListFormat {
 }
 
 /// The JSON of `history`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct HistoryRecord {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// The store.
     pub(crate) file: String,
+    /// The results, in the order of time.
     pub(crate) results: Vec<ResultRecord>,
 }
 
+/// What `locate` prints.
+fn printed(generator: &mut SchemaGenerator) -> Schema {
+    let [frame, refusal] =
+        [generator.subschema_for::<SolutionRecord>(), generator.subschema_for::<ErrorRecord>()];
+    json_schema!({ "anyOf": [frame, refusal] })
+}
+
 /// One result in a store.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ResultRecord {
+    /// By which the store knows it, from 1.
     pub(crate) number: i64,
     /// When it was recorded, UTC.
     pub(crate) time: String,
+    /// What the user calls it.
     pub(crate) name: Option<String>,
+    /// Where the measurement came from.
     pub(crate) measurement: String,
+    /// Kind of the fixture.
     pub(crate) fixture: String,
     /// `ok`, or the code of the refusal.
     pub(crate) status: String,
+    /// Unit of every length.
+    #[schemars(schema_with = "schema::units")]
     pub(crate) units: String,
+    /// The fixture's origin in the parent; `null` for a refusal.
     pub(crate) origin: Option<[f64; 3]>,
     /// As `locate` printed it: `touchref.solution/1` or `touchref.error/1`.
+    #[schemars(schema_with = "printed")]
     result: serde_json::Value,
 }
 
@@ -143,7 +167,7 @@ impl Args {
             return Ok(Output::bytes(table));
         }
         let record = HistoryRecord {
-            schema: "touchref.history/1",
+            schema: SCHEMA,
             file: self.file.display().to_string(),
             results: recorded.iter().map(ResultRecord::new).collect(),
         };

@@ -1,10 +1,14 @@
 //! `list`: what there is by name.
 
 use clap::ValueEnum;
+use schemars::JsonSchema;
 use serde::Serialize;
 use touchref::{Plugin, Registry, io::log};
 
 use crate::{args::Format, output::Output, text};
+
+/// The form of its JSON.
+pub(crate) const SCHEMA: &str = "touchref.list/1";
 
 /// List the fixtures, solvers, dialects and formats of logs there are
 #[derive(Debug, clap::Args)]
@@ -33,23 +37,31 @@ enum What {
 }
 
 /// The JSON of `list`: only what was asked for.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Listing {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// Fixtures, sorted by name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) fixtures: Option<Vec<Item>>,
+    /// Solvers, sorted by name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) solvers: Option<Vec<Item>>,
+    /// Dialects, sorted by name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) dialects: Option<Vec<Item>>,
+    /// Formats of logs, sorted by name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) logs: Option<Vec<Item>>,
 }
 
 /// One thing by name.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Item {
+    /// By which it is called.
     pub(crate) name: &'static str,
+    /// What it is, in one line.
     pub(crate) summary: &'static str,
     /// Crate and module it comes from.
     origin: &'static str,
@@ -70,7 +82,7 @@ impl Args {
             origin: LOG_ORIGIN,
         };
         let listing = Listing {
-            schema: "touchref.list/1",
+            schema: SCHEMA,
             fixtures: wanted(What::Fixtures)
                 .then(|| registry.fixtures().iter().map(|p| Item::of(*p)).collect()),
             solvers: wanted(What::Solvers).then(|| registry.solvers().iter().map(|p| Item::of(*p)).collect()),

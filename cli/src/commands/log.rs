@@ -3,13 +3,18 @@
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use schemars::JsonSchema;
 use serde::Serialize;
 use touchref::io::{
     Input, InputError, Units,
     log::{self, Column, Columns, Importer, LoggedPoint, MachineLog, Position},
+    schema,
 };
 
 use crate::{args::Format, failure::Failure, output::Output, text};
+
+/// The form of its JSON.
+pub(crate) const SCHEMA: &str = "touchref.log/1";
 
 /// List the points of a machine's log by row, name and line
 ///
@@ -51,27 +56,41 @@ fn columns(text: &str) -> Result<Columns, String> {
 }
 
 /// The JSON of `log`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct LogRecord {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// The log.
     pub(crate) file: String,
+    /// Its format.
     pub(crate) format: &'static str,
     /// Unit of the positions; `null` where a measurement is to state it.
+    #[schemars(schema_with = "schema::units_or_null")]
     pub(crate) units: Option<&'static str>,
     /// What they are always relative to; `null` where a point tells it, or a measurement is to state it.
     pub(crate) frame: Option<&'static str>,
+    /// Its points, in its order.
     pub(crate) points: Vec<PointRecord>,
 }
 
 /// One point of a log.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct PointRecord {
+    /// Which point, from 1.
     pub(crate) row: usize,
+    /// What the program calls it.
     pub(crate) name: Option<String>,
+    /// Line of the log, from 1.
     pub(crate) line: usize,
+    /// Where it is; `null` where it has no position.
     pub(crate) at: Option<[f64; 3]>,
+    /// Unit of its position, where the log tells it.
+    #[schemars(schema_with = "schema::units_or_null")]
     pub(crate) units: Option<&'static str>,
+    /// What its position is relative to, where the log tells it.
     pub(crate) base: Option<String>,
+    /// The tool that was active, where the log tells it.
     pub(crate) tool: Option<String>,
     /// Why it has no position.
     pub(crate) unusable: Option<String>,
@@ -110,7 +129,7 @@ impl Args {
         let input = Input::from(self.file);
         let log = MachineLog::read(self.from, &input, self.columns.as_ref())?;
         let record = LogRecord {
-            schema: "touchref.log/1",
+            schema: SCHEMA,
             file: input.name(),
             format: self.from.name,
             units: self.from.units.map(Units::name),

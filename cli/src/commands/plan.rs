@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use nalgebra::Point3;
+use schemars::JsonSchema;
 use serde::Serialize;
 use touchref::{
     Frame, Registry, SolveError,
     analysis::planning::{Effect, Next, Plan, PlanError, Planner, Wanted},
     fixture::touches_per_surface,
     io::{
-        InputError,
+        InputError, schema,
         solution::{FixtureRecord, ProbeRecord, TrustRecord, WarningRecord},
         write::{self, ToFill},
     },
@@ -24,6 +25,9 @@ use crate::{
     setup::{FULL_MARGIN, MeasurementArgs, NearArgs, Setup, SolverArgs},
     text,
 };
+
+/// The form of its JSON.
+pub(crate) const SCHEMA: &str = "touchref.plan/1";
 
 /// Tell where to touch: the layout that makes the frame surest where it is used, or the touch to make next
 ///
@@ -70,21 +74,33 @@ pub(crate) struct Args {
 }
 
 /// The JSON of `plan`. Uncertainties are `null` where no sigma is stated; ratios are there all the same.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct PlanRecord {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// The fixture.
     pub(crate) fixture: FixtureRecord,
+    /// Unit of every length.
+    #[schemars(schema_with = "schema::units")]
     pub(crate) units: &'static str,
+    /// The probe as used.
     pub(crate) probe: ProbeRecord,
+    /// What is made small: the uncertainty of the worst point, or the volume of the confidence region.
     pub(crate) criterion: CriterionArg,
+    /// By which a standard uncertainty is multiplied to cover 95 %.
     pub(crate) coverage_factor: f64,
+    /// The touches to make.
     pub(crate) touches: Vec<PlannedTouch>,
+    /// Points of use.
     pub(crate) points: Vec<PointRecord>,
     /// Largest standard uncertainty over the points.
     pub(crate) worst: Option<f64>,
     /// Worst case of other layouts of as many touches, over that of the plan; `null` where they leave a motion free.
     pub(crate) naive_over_plan: Option<f64>,
+    /// The same of the median random layout.
     pub(crate) random_median_over_plan: Option<f64>,
+    /// Least redundancy number of a touch: the part of its error that the others see.
     pub(crate) least_redundancy: f64,
     /// Whether the count of touches allows that of every touch.
     pub(crate) redundancy_possible: bool,
@@ -92,20 +108,23 @@ pub(crate) struct PlanRecord {
     pub(crate) approach_needed: bool,
     /// How far the frame would stand.
     pub(crate) trust: TrustRecord,
+    /// What the user should know.
     pub(crate) warnings: Vec<WarningRecord>,
 }
 
 /// A touch to make.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct PlannedTouch {
+    /// Which touch, from 0.
     pub(crate) index: usize,
     #[serde(flatten)]
     pub(crate) place: PlaceRecord,
+    /// The part of its error that the others see.
     pub(crate) redundancy: f64,
 }
 
 /// How sure the frame will be at a point of use.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct PointRecord {
     /// In fixture coordinates.
     pub(crate) at: [f64; 3],
@@ -116,21 +135,29 @@ pub(crate) struct PointRecord {
 }
 
 /// The JSON of `plan --next`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct NextRecord {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// The fixture.
     pub(crate) fixture: FixtureRecord,
+    /// Unit of every length.
+    #[schemars(schema_with = "schema::units")]
     pub(crate) units: &'static str,
+    /// The touch to make next.
     pub(crate) next: NextTouch,
+    /// What the user should know.
     pub(crate) warnings: Vec<WarningRecord>,
 }
 
 /// The touch to make next, and what it does.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct NextTouch {
     #[serde(flatten)]
     pub(crate) place: PlaceRecord,
     /// `separates` frames that all fit, `reduces` the worst case, or `fixes` what is free.
+    #[schemars(extend("enum" = ["separates", "reduces", "fixes"]))]
     pub(crate) effect: &'static str,
     /// Frames that fit before it.
     pub(crate) frames: usize,
@@ -138,6 +165,7 @@ pub(crate) struct NextTouch {
     pub(crate) sigmas: Option<f64>,
     /// Worst-case standard uncertainty before and after.
     pub(crate) worst_before: Option<f64>,
+    /// The same after it.
     pub(crate) worst_after: Option<f64>,
 }
 
@@ -199,7 +227,7 @@ impl Args {
         let touches = plan.layout.iter().zip(&plan.redundancy).enumerate();
         let points = self.planning.points(fixture);
         PlanRecord {
-            schema: "touchref.plan/1",
+            schema: SCHEMA,
             fixture: FixtureRecord::new(fixture.kind(), fixture.parameters()),
             units: setup.measurement.units.name(),
             probe: ProbeRecord::from(probe),
@@ -268,7 +296,7 @@ impl Args {
         drop(working);
         let (next, frames) = found?;
         let record = NextRecord {
-            schema: "touchref.plan/1",
+            schema: SCHEMA,
             fixture: FixtureRecord::new(setup.fixture.kind(), setup.fixture.parameters()),
             units: setup.measurement.units.name(),
             next: NextTouch::new(planner, &next, frames.first(), frames.len()),

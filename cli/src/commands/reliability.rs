@@ -1,6 +1,7 @@
 //! `reliability`: which error of a touch would be noticed, and what one that is not does to the frame.
 
 use nalgebra::{Point3, Vector6};
+use schemars::JsonSchema;
 use serde::Serialize;
 use touchref::{
     Problem, Registry,
@@ -10,7 +11,7 @@ use touchref::{
         reliability::{Checked, Confusion},
     },
     io::{
-        InputError, TouchRecord,
+        InputError, TouchRecord, schema,
         solution::{FixtureRecord, ProbeRecord, WarningRecord},
     },
 };
@@ -23,6 +24,9 @@ use crate::{
     setup::missing_sigma,
     text,
 };
+
+/// The form of its JSON.
+pub(crate) const SCHEMA: &str = "touchref.reliability/1";
 
 /// An observation of which less than this part is checked is weakly checked: most of its error goes into the frame.
 pub(crate) const WEAK: f64 = 0.1;
@@ -58,13 +62,21 @@ pub(crate) fn chance(text: &str) -> Result<f64, String> {
 }
 
 /// The JSON of `reliability`. What is not checked has no numbers: they are `null`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ReliabilityRecord {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// The fixture.
     pub(crate) fixture: FixtureRecord,
+    /// Unit of every length.
+    #[schemars(schema_with = "schema::units")]
     pub(crate) units: &'static str,
+    /// The probe as used.
     pub(crate) probe: ProbeRecord,
+    /// Chance that a good observation is called bad.
     pub(crate) alpha: f64,
+    /// Chance that an error of the smallest detectable size is noticed.
     pub(crate) power: f64,
     /// A test value beyond this calls an observation bad.
     pub(crate) critical_value: f64,
@@ -72,32 +84,41 @@ pub(crate) struct ReliabilityRecord {
     pub(crate) noncentrality: f64,
     /// Points of use, in fixture coordinates.
     pub(crate) points: Vec<[f64; 3]>,
+    /// The touches, then what is stated of sizes.
     pub(crate) observations: Vec<ObservationRecord>,
+    /// What the user should know.
     pub(crate) warnings: Vec<WarningRecord>,
 }
 
 /// How far one observation is checked; lengths, or degrees where it is an angle.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ObservationRecord {
     /// `touch`, or the name of the size that is stated.
     pub(crate) kind: String,
     /// Which touch.
     pub(crate) index: Option<usize>,
+    /// What the user calls the touch.
     pub(crate) id: Option<String>,
+    /// Its surface.
     pub(crate) surface: Option<String>,
+    /// Standard deviation.
     pub(crate) sigma: f64,
+    /// The part of its error that the others see, from 0 to 1.
     pub(crate) redundancy: f64,
+    /// Its residual over the standard deviation of that.
     pub(crate) test_value: Option<f64>,
+    /// The smallest error that is noticed with chance `power`.
     pub(crate) smallest_detectable: Option<f64>,
     /// What an error of that size, unnoticed, does.
     pub(crate) undetected: Option<ShiftRecord>,
     /// What leaving it out does.
     pub(crate) left_out: Option<ShiftRecord>,
+    /// Others that its error may be taken for.
     pub(crate) confused_with: Vec<ConfusionRecord>,
 }
 
 /// How the frame moves.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ShiftRecord {
     /// `x y z rx ry rz` along the parent's axes about the fixture's origin; radians.
     pub(crate) motion: [f64; 6],
@@ -106,7 +127,7 @@ pub(crate) struct ShiftRecord {
 }
 
 /// Another observation that an error may be taken for.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ConfusionRecord {
     /// Its place among the observations.
     pub(crate) with: usize,
@@ -129,7 +150,7 @@ impl Args {
         let touches = &setup.touches()?.records;
         let told = |checked: &Checked| ObservationRecord::new(checked, &problem, touches, &shift);
         let record = ReliabilityRecord {
-            schema: "touchref.reliability/1",
+            schema: SCHEMA,
             fixture: FixtureRecord::new(setup.fixture.kind(), setup.fixture.parameters()),
             units: setup.measurement.units.name(),
             probe: ProbeRecord::from(&setup.measurement.probe),

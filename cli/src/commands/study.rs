@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use schemars::JsonSchema;
 use serde::Serialize;
 use touchref::{
     Registry, Solver,
     analysis::{Estimate, Study, StudyError, StudyLayout, StudyOutcome},
     io::{
-        InputError, Units,
+        InputError, Units, schema,
         solution::{FixtureRecord, ProbeRecord},
     },
 };
@@ -18,15 +18,16 @@ use crate::{
     failure::Failure,
     layout::{LayoutArgs, LayoutKind},
     output::{Output, progress},
-    setup::{MeasurementArgs, Setup, SolverArgs, no_sigma},
+    setup::{MeasurementArgs, Setup, SolverArgs, ThreadArgs, no_sigma},
     text,
 };
+
+/// The form of its JSON.
+pub(crate) const SCHEMA: &str = "touchref.study/1";
 
 /// True frames have their origin within so many sizes of the fixture from the parent's along each axis. Results do not
 /// depend on it, short of rounding.
 const REACH_IN_SIZES: f64 = 10.0;
-/// More threads than any machine has use for.
-const MOST_THREADS: i64 = 1024;
 
 /// Tell how often a frame would be right, refused or wrong: simulated measurements, located and held against the truth
 ///
@@ -51,53 +52,73 @@ pub(crate) struct Args {
     seed: u64,
     #[command(flatten)]
     layout: LayoutArgs,
-    /// Threads to work on [default: one for each processor]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: ThreadArgs,
     /// Form of the result
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
 
 /// The JSON of `study`. Where a number does not exist, as no frame was accepted, it is `null`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct StudyRecord {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// The fixture.
     pub(crate) fixture: FixtureRecord,
+    /// Unit of every length.
+    #[schemars(schema_with = "schema::units")]
     pub(crate) units: &'static str,
+    /// The probe as used.
     pub(crate) probe: ProbeRecord,
+    /// Name of the solver.
     pub(crate) solver: &'static str,
+    /// Where the fixture is touched: `nominal`, `random` or `measurement`.
+    #[schemars(extend("enum" = ["nominal", "random", "measurement"]))]
     pub(crate) layout: &'static str,
     /// By the surface's name.
     pub(crate) touches_per_surface: serde_json::Map<String, serde_json::Value>,
     /// Standard deviation of one touch.
     pub(crate) sigma: f64,
+    /// Of the random numbers.
     pub(crate) seed: u64,
+    /// Simulated measurements.
     pub(crate) trials: u64,
+    /// Of these with a frame.
     pub(crate) accepted: u64,
     /// Part of the trials.
     pub(crate) accepted_rate: Option<f64>,
     /// The interval in which it lies with 95 % confidence.
     pub(crate) accepted_rate_95: Option<[f64; 2]>,
+    /// Of these with a true error outside their covariance at the 1e-9 level.
     pub(crate) wrong: u64,
     /// Of the accepted, with 95 % confidence.
     pub(crate) wrong_rate_at_most: Option<f64>,
+    /// The others, by the code of the refusal.
     pub(crate) refused: BTreeMap<&'static str, u64>,
     /// Of each frame; the expected squared error in a true covariance.
     pub(crate) unknowns: usize,
+    /// Mean squared error of the frames in their covariance; `unknowns` where that is true.
     pub(crate) nees_mean: Option<f64>,
     /// Standard uncertainties have the name of what they belong to, and `_u`.
     pub(crate) nees_mean_u: Option<f64>,
+    /// Part of the accepted whose 95 % region holds the truth.
     pub(crate) coverage_95: Option<f64>,
+    /// Its standard uncertainty.
     pub(crate) coverage_95_u: Option<f64>,
+    /// Errors over the least that is possible.
     pub(crate) rms_over_bound: OverBound,
+    /// Their standard uncertainties.
     pub(crate) rms_over_bound_u: OverBound,
 }
 
 /// Root mean square errors over the Cramer-Rao bound with known dimensions and tip radius.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub(crate) struct OverBound {
+    /// Of the translation.
     pub(crate) translation: Option<f64>,
+    /// Of the rotation.
     pub(crate) rotation: Option<f64>,
 }
 
@@ -126,7 +147,7 @@ impl Args {
         };
         let told = |error| failure(error, &setup);
         let sigma = study.sigma().map_err(told)?;
-        let threads = self.threads()?;
+        let threads = self.threads.pool()?;
         let bar = progress(self.trials);
         let outcome = threads.install(|| study.run_with(&|| bar.inc(1)));
         drop(bar);
@@ -148,17 +169,6 @@ impl Args {
                 let frame = setup.solve(solver, None)?.frame;
                 StudyLayout::Measured { touches: problem.touches().to_vec(), frame }
             }
-        })
-    }
-
-    /// As many threads as were asked for.
-    fn threads(&self) -> Result<ThreadPool, InputError> {
-        // Without a number rayon takes that of the processors, or of RAYON_NUM_THREADS.
-        let threads = ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, usize::from)).build();
-        threads.map_err(|error| {
-            InputError::new("invalid-input", format!("cannot start the threads: {error}"))
-                .with_key("threads")
-                .with_help("give a smaller --threads")
         })
     }
 }
@@ -184,7 +194,7 @@ impl StudyRecord {
             (outcome.accepted_share(), outcome.nees_mean(), outcome.coverage_95());
         let surfaces = study.fixture.surfaces().iter().map(|surface| surface.name.clone());
         Self {
-            schema: "touchref.study/1",
+            schema: SCHEMA,
             fixture: FixtureRecord::new(study.fixture.kind(), study.fixture.parameters()),
             units: units.name(),
             probe: ProbeRecord::from(&study.probe),

@@ -1,6 +1,7 @@
 //! `uncertainty`: how sure the frame is where it is used, and where that comes from.
 
 use nalgebra::Point3;
+use schemars::JsonSchema;
 use serde::Serialize;
 use touchref::{
     Problem, Registry, Solution,
@@ -10,7 +11,7 @@ use touchref::{
         uncertainty::{Contribution, Draws, Spread},
     },
     io::{
-        FrameRecord, InputError,
+        FrameRecord, InputError, schema,
         solution::{FixtureRecord, ProbeRecord, WarningRecord},
     },
     observability::direction_in_words,
@@ -27,6 +28,9 @@ use crate::{
     setup::{Setup, missing_sigma},
     text,
 };
+
+/// The form of its JSON.
+pub(crate) const SCHEMA: &str = "touchref.uncertainty/1";
 
 /// Residuals of fewer degrees of freedom tell a sigma that has no variance of its own: nothing settles.
 const LEAST_DEGREES: usize = 3;
@@ -74,31 +78,43 @@ fn samples(text: &str) -> Result<Samples, String> {
 }
 
 /// The JSON of `uncertainty`.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct UncertaintyRecord {
+    /// The form of this JSON, and its version.
+    #[schemars(extend("const" = SCHEMA))]
     schema: &'static str,
+    /// The fixture.
     pub(crate) fixture: FixtureRecord,
+    /// Unit of every length.
+    #[schemars(schema_with = "schema::units")]
     pub(crate) units: &'static str,
+    /// The probe as used.
     pub(crate) probe: ProbeRecord,
+    /// The fixture's frame in the parent.
     pub(crate) frame: FrameRecord,
+    /// Chance with which an interval covers the true value.
     pub(crate) probability: f64,
     /// `null`: what is stated is known exactly.
     pub(crate) degrees_of_freedom: Option<usize>,
+    /// By which a standard uncertainty is multiplied for that.
     pub(crate) coverage_factor: f64,
     /// Standard deviation of one touch that all rests on.
     pub(crate) sigma: f64,
     /// `given` or `residuals`.
+    #[schemars(schema_with = "schema::sigma_source")]
     pub(crate) sigma_source: &'static str,
     /// Each point of use: lengths.
     pub(crate) points: Vec<QuantityRecord>,
     /// The rotation vector: radians.
     pub(crate) rotation: QuantityRecord,
+    /// What draws tell; `null` where none were made.
     pub(crate) monte_carlo: Option<MonteCarloRecord>,
+    /// What the user should know.
     pub(crate) warnings: Vec<WarningRecord>,
 }
 
 /// Uncertainty of three numbers along the parent's axes.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct QuantityRecord {
     /// The point, in fixture coordinates.
     pub(crate) at: Option<[f64; 3]>,
@@ -108,15 +124,20 @@ pub(crate) struct QuantityRecord {
     pub(crate) u: [f64; 3],
     /// Expanded ones.
     pub(crate) expanded: [f64; 3],
+    /// Along the parent's axes, rows first.
     pub(crate) covariance: [[f64; 3]; 3],
+    /// The direction that is known least.
     pub(crate) worst: WorstRecord,
+    /// What each source contributes.
     pub(crate) budget: Vec<ContributionRecord>,
 }
 
 /// The direction that is known least.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct WorstRecord {
+    /// Standard uncertainty along it.
     pub(crate) u: f64,
+    /// Expanded uncertainty along it.
     pub(crate) expanded: f64,
     /// A unit vector of the parent.
     pub(crate) direction: [f64; 3],
@@ -125,8 +146,9 @@ pub(crate) struct WorstRecord {
 }
 
 /// What one source contributes.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ContributionRecord {
+    /// The source, in words.
     pub(crate) source: String,
     /// Standard uncertainties along the parent's axes that it alone would leave.
     pub(crate) u: [f64; 3],
@@ -137,14 +159,17 @@ pub(crate) struct ContributionRecord {
 }
 
 /// What the draws tell.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct MonteCarloRecord {
+    /// Of the random numbers.
     pub(crate) seed: u64,
+    /// Draws that were made.
     pub(crate) trials: u64,
     /// Draws without a frame, left out.
     pub(crate) failed: u64,
     /// Whether further draws would change none of the digits.
     pub(crate) stable: bool,
+    /// Significant digits of the uncertainties to which all is compared.
     pub(crate) digits: u32,
     /// In the order of the points, `x y z` of each, then the rotation.
     pub(crate) quantities: Vec<DrawnRecord>,
@@ -153,20 +178,23 @@ pub(crate) struct MonteCarloRecord {
 }
 
 /// One number, from where the measurement has it.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct DrawnRecord {
     /// `x at 0,0,0`, `rx`.
     pub(crate) name: String,
     /// Mean deviation of the draws: the bias of the frame, where it is more than chance.
     pub(crate) mean: f64,
+    /// Standard deviation of the draws.
     pub(crate) u: f64,
     /// The interval, from the value measured.
     pub(crate) low: f64,
+    /// Its upper end.
     pub(crate) high: f64,
     /// That of first order.
     pub(crate) first_order: [f64; 2],
     /// By so much the ends may differ.
     pub(crate) tolerance: f64,
+    /// Whether they do not.
     pub(crate) validated: bool,
 }
 
@@ -228,7 +256,7 @@ impl Args {
         };
         let context = setup.context()?;
         Ok(UncertaintyRecord {
-            schema: "touchref.uncertainty/1",
+            schema: SCHEMA,
             fixture: FixtureRecord::new(context.kind, context.parameters),
             units: context.units.name(),
             probe: ProbeRecord::from(context.probe),

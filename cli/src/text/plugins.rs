@@ -4,6 +4,7 @@ use super::{Look, sheet::Sheet, solution::note_of_dialect};
 use crate::commands::{
     describe::{Description, Kind, ParameterDescription},
     list::{Item, Listing},
+    schema::Entry,
 };
 
 /// What there is by name.
@@ -31,6 +32,15 @@ fn names(sheet: &mut Sheet, items: &[Item]) {
     }
     let rows = items.iter().map(|item| vec![item.name.to_owned(), item.summary.to_owned()]);
     sheet.table(&[], rows.collect(), &[]);
+}
+
+/// The schemas that can be printed.
+pub(crate) fn schemas(entries: &[Entry], look: Look) -> String {
+    let mut sheet = Sheet::new(look);
+    sheet.heading("Schemas");
+    let rows = entries.iter().map(|entry| vec![entry.name.to_owned(), entry.summary.to_owned()]);
+    sheet.table(&[], rows.collect(), &[]);
+    sheet.finish()
 }
 
 /// All that a fixture, a solver, a dialect or a format of logs says of itself.

@@ -30,7 +30,7 @@ pub(super) fn read(source: Source, folder: &Path) -> Result<Measurement, InputEr
     let fixture = fixture_field.table()?;
     let kind = fixture.require("kind", "the name of a fixture; `touchref list fixtures` tells them")?;
     let mut places = Vec::new();
-    let parameters = parameter::from_table(&fixture, "kind", "", &mut places)?;
+    let parameters = parameter::from_table(&fixture, Some("kind"), "", &mut places)?;
     let probe = root.get("probe").map_or(Ok(Probe::default()), |field| read_probe(&field))?;
     let (touches, surfaces) = read_touches(&source, &root, folder)?;
     let (kind_name, kind) = (kind.text()?.to_owned(), kind.node.span.clone());

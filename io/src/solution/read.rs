@@ -7,7 +7,7 @@ use touchref_core::{
 };
 
 use super::{CovarianceRecord, FixtureRecord, ProbeRecord, ResidualRecord, SCHEMA, SolutionRecord};
-use crate::{Input, InputError, source::Source};
+use crate::{Input, InputError, refusal, source::Source};
 
 /// What a result file is, for messages.
 const EXPECTED: &str = "a result file is what `touchref locate --format json` prints";
@@ -37,6 +37,10 @@ impl SolutionRecord {
             InputError::new("invalid-input", message).with_file(name).with_help(EXPECTED)
         };
         let kind: Kind = serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
+        if kind.schema == refusal::SCHEMA {
+            return Err(wrong("it is a refusal".to_owned())
+                .with_help("a refused measurement has no frame: see in the file why, and locate again"));
+        }
         if kind.schema != SCHEMA {
             return Err(wrong(format!("its schema is {}, not {SCHEMA}", kind.schema)));
         }

@@ -291,3 +291,32 @@ fn a_bad_touch_is_named() {
         assert!(solution.squared_distance(&truth).unwrap() < chi_square_level(1e-4, 6));
     }
 }
+
+/// Sizes and places beyond all measure are refused, or build at once: no decomposition of what is no number goes on for ever.
+#[test]
+fn absurd_sizes_end() {
+    let plugin = touchref::registry().unwrap().fixture("composite").unwrap();
+    let sphere = |center: [f64; 3], toward: [f64; 3]| {
+        surface("sphere", "a").with("center", center).with("radius", 12.0).with("toward", toward)
+    };
+    let floor = plane("floor", [0.0; 3], [0.0, 0.0, 1e300]);
+    for far in [1e150, 1e300, f64::MAX, 1e-300] {
+        for surfaces in [
+            vec![sphere([far, 0.0, 0.0], [0.0, 0.0, 1.0]), floor.clone()],
+            vec![sphere([far; 3], [1.0, far, 0.0])],
+            vec![plane("one", [far; 3], [far, 1.0, 0.0]), plane("other", [far; 3], [0.0, 1.0, far])],
+        ] {
+            if let Ok(fixture) = plugin.build(&Parameters::new().with("surface", surfaces.clone())) {
+                assert!(fixture.size().is_finite() && fixture.size() > 0.0, "{surfaces:?}");
+            }
+        }
+    }
+    let error =
+        plugin.build(&Parameters::new().with("surface", vec![floor]).with("size", 1e300)).unwrap_err();
+    assert_eq!(error.name, "size");
+    // A direction of any length is one.
+    let turned = composite(vec![sphere([0.0; 3], [0.0, 1e300, 0.0]), plane("b", [0.0; 3], [0.0, 0.0, 1.0])]);
+    for (index, at) in turned.nominal_layout() {
+        assert!(turned.surfaces()[index].seen_from(&at).distance.abs() < 1e-9, "{at}");
+    }
+}

@@ -1,8 +1,8 @@
 //! One row of a table of touches, whatever form the table has.
 
 use nalgebra::{Point3, Vector3};
-use touchref_core::{Fixture, Noise, Touch, Units, parameters::nearest};
-use touchref_io::{InputError, measurement::direction};
+use touchref_core::{Fixture, Noise, Touch, Units, direction, parameters::nearest};
+use touchref_io::InputError;
 
 /// The values of a row; what is not there is `None`.
 #[derive(Debug, Clone, Copy, Default)]

@@ -68,7 +68,7 @@ pub(crate) enum CriterionArg {
 
 fn direction(text: &str) -> Result<Unit<Vector3<f64>>, String> {
     let direction = point(text)?.coords;
-    Unit::try_new(direction, 0.0).ok_or_else(|| "expected a direction, not all zero".to_owned())
+    touchref::direction(direction).ok_or_else(|| "expected a direction, not all zero".to_owned())
 }
 
 fn number_where(text: &str, right: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {

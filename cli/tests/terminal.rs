@@ -12,7 +12,7 @@ use std::{
 
 use common::{Folder, TABLE, example, paper, without_touches};
 
-const SUBCOMMANDS: [&str; 17] = [
+const SUBCOMMANDS: [&str; 21] = [
     "locate",
     "list",
     "describe",
@@ -28,6 +28,10 @@ const SUBCOMMANDS: [&str; 17] = [
     "log",
     "compare",
     "history",
+    "report",
+    "export",
+    "schema",
+    "batch",
     "completions",
     "man",
 ];
@@ -144,6 +148,8 @@ fn with_examples() -> Folder {
             fs::write(folder.0.path().join(name), &result).unwrap();
         }
     }
+    let simulated = folder.run(&["simulate", "examples/cube.toml", "--count", "3"], b"").stdout;
+    fs::write(folder.0.path().join("placements.csv"), simulated).unwrap();
     folder
 }
 
@@ -300,7 +306,7 @@ fn tables_fit_the_terminal() {
         "list",
         "describe least-squares",
         "study examples/cube.toml --trials 100",
-        "plan examples/three-sphere.toml",
+        "plan examples/nederbragt-ravani.toml --next",
         "uncertainty examples/three-sphere.toml --at 300,0,0 --at 0,0,200 --samples 1000",
         "reliability examples/nederbragt-ravani.toml --at 300,0,0",
         "element plane touches.csv --surface plane",

@@ -1,6 +1,14 @@
 //! Frames: where a fixture stands in its parent, and small motions of it.
 
-use nalgebra::{Matrix3, Matrix4, Matrix6, Point3, Rotation3, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix4, Matrix6, Point3, Rotation3, Unit, Vector3, Vector6};
+
+/// The direction of a vector of any length above zero; `None` when it is zero or a number is not finite.
+#[must_use]
+pub fn direction(vector: Vector3<f64>) -> Option<Unit<Vector3<f64>>> {
+    // Scaled first: the squares of very small or large components leave the range of numbers.
+    let scaled = vector / vector.amax();
+    Unit::try_new(scaled, 0.0).filter(|unit| unit.iter().all(|v| v.is_finite()))
+}
 
 /// Pose of the fixture in the parent frame (robot base, machine coordinates).
 ///
@@ -239,6 +247,16 @@ fn exp(w: &Vector3<f64>) -> Rotation3<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_direction_may_have_any_length_above_zero() {
+        for length in [1.0, 1e-300, f64::from_bits(1), 1e300, f64::MAX] {
+            assert_eq!(direction(Vector3::y() * length), Some(Vector3::y_axis()), "{length:e}");
+        }
+        for length in [0.0, f64::INFINITY, f64::NAN] {
+            assert_eq!(direction(Vector3::repeat(length)), None);
+        }
+    }
 
     #[test]
     fn a_quaternion_may_have_any_length_above_zero() {

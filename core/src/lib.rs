@@ -27,7 +27,7 @@ pub use error::{Degenerate, Refusal, SolveError, TouchError};
 pub use fixture::{
     ClosedForm, Dimension, Fixture, MAX_DIMENSIONS, MAX_MEASURES, Quantity, Requirement, Root, RootKind,
 };
-pub use frame::{Frame, Twist};
+pub use frame::{Frame, Twist, direction};
 pub use freedom::Freedom;
 pub use observability::{Motion, Observability, RANK_TOLERANCE};
 pub use parameters::{Fault, ParameterError, ParameterKind, ParameterSpec, Parameters, TableSpec, Value};

@@ -257,12 +257,12 @@ impl Observability {
 /// `r` that is not finite shows nothing: all singular values are zero, and any motion is the weakest.
 #[must_use]
 pub fn weakest_motion(r: &Matrix6<f64>, size: f64, freedom: Freedom) -> (Vector6<f64>, Twist) {
-    if !r.iter().all(|v| v.is_finite()) {
+    let mut scaled = *r;
+    scaled.fixed_view_mut::<6, 3>(0, 3).scale_mut(1.0 / size);
+    if !scaled.iter().all(|v| v.is_finite()) {
         // The decomposition would never settle.
         return (Vector6::zeros(), Twist::from(Vector6::x()));
     }
-    let mut scaled = *r;
-    scaled.fixed_view_mut::<6, 3>(0, 3).scale_mut(1.0 / size);
     if freedom != Freedom::NONE {
         // The length of a column lies between the singular values.
         let between = scaled.column_iter().map(|column| column.norm()).fold(0.0, f64::max);

@@ -388,9 +388,20 @@ pub fn parse(kind: ParameterKind, text: &str) -> Option<Value> {
     }
 }
 
+/// Lengths that a fixture may have: squares of these, and of their squares, are numbers. Others are no lengths in any unit.
+pub const LENGTHS: std::ops::Range<f64> = 1e-60..1e60;
+
 /// The value, if it is one of its kind; defaults filled in where it has parameters of its own.
 fn check(spec: &ParameterSpec, value: &Value) -> Result<Value, ParameterError> {
-    let positive = |v: f64| v.is_finite() && v > 0.0;
+    let positive = |v: f64| LENGTHS.contains(&v);
+    let coordinate = |v: f64| v.abs() < LENGTHS.end;
+    let told = |v: f64| {
+        if v.is_finite() && v > 0.0 {
+            format!("is {v:e}, not from {:e} to {:e}", LENGTHS.start, LENGTHS.end)
+        } else {
+            format!("is {v}")
+        }
+    };
     let three = |numbers: &[f64], right: &dyn Fn(f64) -> bool| {
         (numbers.len() != 3 || !numbers.iter().all(|v| right(*v))).then(|| format!("is {numbers:?}"))
     };
@@ -403,15 +414,15 @@ fn check(spec: &ParameterSpec, value: &Value) -> Result<Value, ParameterError> {
     };
     let problem = match (spec.kind, value) {
         (ParameterKind::Length, Value::Number { value, u }) => {
-            uncertainty_problem(*u).or_else(|| (!positive(*value)).then(|| format!("is {value}")))
+            uncertainty_problem(*u).or_else(|| (!positive(*value)).then(|| told(*value)))
         }
         (ParameterKind::Angle { above, below }, Value::Number { value, u }) => uncertainty_problem(*u)
             .or_else(|| (!(*value > above && *value < below)).then(|| format!("is {value}"))),
         (ParameterKind::Coordinate, Value::Number { value, u }) => {
-            (!value.is_finite() || *u != 0.0).then(|| format!("is {value}, with the uncertainty {u}"))
+            (!coordinate(*value) || *u != 0.0).then(|| format!("is {value}, with the uncertainty {u}"))
         }
         (ParameterKind::Lengths3, Value::Numbers(numbers)) => three(numbers, &positive),
-        (ParameterKind::Point, Value::Numbers(numbers)) => three(numbers, &f64::is_finite),
+        (ParameterKind::Point, Value::Numbers(numbers)) => three(numbers, &coordinate),
         (ParameterKind::Direction, Value::Numbers(numbers)) => three(numbers, &f64::is_finite)
             .or_else(|| numbers.iter().all(|v| *v == 0.0).then(|| format!("is {numbers:?}"))),
         (ParameterKind::Choice(words), Value::Word(word)) => {
@@ -556,6 +567,19 @@ pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lengths_beyond_all_measure_are_refused() {
+        for (length, right) in
+            [(1e-300, false), (1e-59, true), (1e59, true), (1e300, false), (f64::MAX, false)]
+        {
+            let checked = Parameters::new().with("radius", length).checked(SPECS);
+            assert_eq!(checked.is_ok(), right, "{checked:?}");
+            if let Err(error) = checked {
+                assert!(error.problem.contains("not from 1e-60 to 1e60"), "{error}");
+            }
+        }
+    }
 
     const SPECS: &[ParameterSpec] = &[
         ParameterSpec { name: "radius", kind: ParameterKind::Length, default: None, meaning: "radius" },

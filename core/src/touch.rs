@@ -40,7 +40,7 @@ impl Touch {
     /// The same touch with the direction in which the probe moved (any length; a zero vector means unknown).
     #[must_use]
     pub fn with_approach(self, direction: Vector3<f64>) -> Self {
-        Self { approach: Unit::try_new(direction, 0.0), ..self }
+        Self { approach: crate::direction(direction), ..self }
     }
 }
 

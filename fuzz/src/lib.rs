@@ -3,11 +3,16 @@
 //!
 //! The fuzzer's binaries (`fuzz_targets/`) and a test of the workspace (`tests/fuzz.rs`) run the same targets.
 
+#![allow(unreachable_pub, reason = "a test takes this file as a module")]
+
 mod structured;
 mod text;
 
+/// What a target does with its input.
+pub type Target = fn(&[u8]);
+
 /// Every target by name.
-pub const TARGETS: &[(&str, fn(&[u8]))] = &[
+pub const TARGETS: &[(&str, Target)] = &[
     ("calibration", text::calibration),
     ("dialect", text::dialect),
     ("frame", text::frame),

@@ -13,7 +13,6 @@ use crate::{Input, InputError, Units, log::LogSource, parameter, source::Source,
 mod file;
 pub(crate) mod schema;
 
-pub use crate::walk::direction;
 pub(crate) use file::read_units;
 
 /// In the place of a surface's name: that it is not known.

@@ -8,13 +8,12 @@
 use std::io::{self, BufRead, Read};
 
 use nalgebra::{Point3, Vector3};
-use touchref_core::{Noise, Units, Warning, parameters::nearest};
+use touchref_core::{Noise, Units, Warning, direction, parameters::nearest};
 
 use crate::{
     Input, InputError, TouchRecord,
     measurement::UNLABELLED,
     source::{Excerpt, Place, not_utf8},
-    walk::direction,
 };
 
 pub(crate) mod line;

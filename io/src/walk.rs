@@ -1,7 +1,7 @@
 //! Walks a tree of keys and values; every refusal points to the very key or value.
 
 use nalgebra::{Matrix3, Unit, Vector3};
-use touchref_core::parameters::nearest;
+use touchref_core::{direction, parameters::nearest};
 
 use crate::{
     InputError,
@@ -190,12 +190,4 @@ impl<'a> Field<'a> {
             Err(self.wrong("no covariance", EXPECTED))
         }
     }
-}
-
-/// The direction of a vector; `None` when it is zero or too long to tell.
-#[must_use]
-pub fn direction(vector: Vector3<f64>) -> Option<Unit<Vector3<f64>>> {
-    // Scaled first: the squares of very small or large components leave the range of numbers.
-    let scaled = vector / vector.amax();
-    Unit::try_new(scaled, 0.0).filter(|unit| unit.iter().all(|v| v.is_finite()))
 }

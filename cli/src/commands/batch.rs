@@ -32,6 +32,8 @@ use crate::{
 /// Exit status: 0 when every placement has its row, whatever its status; 2 when the table is wrong other than in single
 /// touches.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref batch placements.csv --measurement examples/cube.toml -o frames.csv")]
 pub(crate) struct Args {
     /// Table of touches (.csv, .ndjson, .parquet), or - for standard input
     #[arg(value_name = "TABLE")]

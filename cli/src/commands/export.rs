@@ -21,6 +21,8 @@ use crate::{
 /// The result is what `locate --format json` prints; a refusal has no frame, and cannot be exported. The same result gives
 /// the same bytes.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref export after.json --to qif -o result.qif")]
 pub(crate) struct Args {
     /// Result file, or - for standard input
     #[arg(value_name = "RESULT")]

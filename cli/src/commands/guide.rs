@@ -102,6 +102,7 @@ pub(crate) struct Answer {
     /// The surface of that touch.
     pub(crate) surface: Option<String>,
     /// What the line took back.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) undone: Option<Undone>,
     /// Motions to determine, and which of them are still free.
     pub(crate) unknowns: usize,
@@ -129,10 +130,11 @@ pub(crate) struct Answer {
 }
 
 /// A touch that was taken back; nothing where there was none.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct Undone {
-    /// Which it was, from 0, and its surface.
+    /// Which it was, from 0.
     pub(crate) touch: Option<usize>,
+    /// Its surface.
     pub(crate) surface: Option<String>,
 }
 

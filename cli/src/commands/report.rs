@@ -20,6 +20,9 @@ use crate::{
 /// browser, uses no network, prints to A4, and is readable without JavaScript. It shows the touches as measured with their
 /// SHA-256.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref report after.json -o report.html\n\
+\x20 touchref report after.json --at 300,0,0 --title \"Cell 4\" -o report.html")]
 pub(crate) struct Args {
     /// Result file; - for standard input
     #[arg(value_name = "RESULT")]

@@ -22,6 +22,9 @@ use crate::{
 
 /// Print the JSON Schema (draft 2020-12) of a measurement file or of a result; without a name list them
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n\
+\x20 touchref schema\n\
+\x20 touchref schema solution")]
 pub(crate) struct Args {
     /// What is described, as `measurement` or `solution`
     #[arg(value_name = "NAME")]

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use nalgebra::{Point3, Unit, Vector3};
-use touchref_core::parameters::nearest;
+use touchref_core::{direction, parameters::nearest};
 
 use crate::{
     InputError,
@@ -12,7 +12,6 @@ use crate::{
         decimal,
         line::{Fields, Line},
     },
-    walk::direction,
 };
 
 use super::{Fault, Importer, LoggedPoint, Reader, scan::lines};

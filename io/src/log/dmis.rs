@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use nalgebra::{Point3, Unit, Vector3};
+use touchref_core::direction;
 
-use crate::{InputError, Units, source::Source, walk::direction};
+use crate::{InputError, Units, source::Source};
 
 use super::{
     Fault, Importer, LoggedPoint, Reader,

@@ -132,7 +132,7 @@ fn folder() -> Folder {
         .with("inconsistent.toml", paper().replace("radius = 1.0", "radius = 1.04"))
         .with("bare.toml", without_touches())
         .with("table.csv", TABLE)
-        .with("placed.csv", TABLE.replace("\n", ",a\n").replacen(",a", ",placement", 1))
+        .with("placed.csv", TABLE.replace('\n', ",a\n").replacen(",a", ",placement", 1))
         .with("points.csv", "x,y,z\n0,0,0\n1,0,0.01\n0,1,0\n1,1,-0.01\n")
 }
 

@@ -21,6 +21,9 @@ const LONGEST: u64 = 1 << 16;
 /// The keys that a line may have, and that are not known otherwise; any other is left alone unless it is misspelt.
 const OTHERS: [&str; 5] = ["placement", "surface", "sigma", "units", "id"];
 
+/// The placement that a line names, and its touch or what is wrong with it.
+type Line = (Name, Result<Touch, InputError>);
+
 /// Touches, read line by line.
 pub(super) struct Touches<'a> {
     fixture: &'a dyn Fixture,
@@ -30,7 +33,7 @@ pub(super) struct Touches<'a> {
     /// Of the line read last, from 1.
     line: u64,
     /// The first touch: it tells what placements are called.
-    first: Option<(Name, Result<Touch, InputError>)>,
+    first: Option<Line>,
     names: NameType,
     gathering: Gathering,
 }
@@ -65,7 +68,7 @@ impl<'a> Touches<'a> {
     }
 
     /// The touch of the next line that is not blank.
-    fn read(&mut self) -> Result<Option<(Name, Result<Touch, InputError>)>, InputError> {
+    fn read(&mut self) -> Result<Option<Line>, InputError> {
         let mut text = Vec::new();
         loop {
             text.clear();

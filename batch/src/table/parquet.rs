@@ -105,13 +105,10 @@ impl<'a> Touches<'a> {
     /// The next rows; `None` at the end.
     fn read(&mut self) -> Result<Option<RecordBatch>, InputError> {
         while self.group < self.metadata.metadata().num_row_groups() {
-            let reader = match &mut self.reader {
-                Some(reader) => reader,
-                None => {
-                    let opened = self.open_group(None).map_err(|error| self.corrupt(&error))?;
-                    self.reader.insert(opened)
-                }
-            };
+            if self.reader.is_none() {
+                self.reader = Some(self.open_group(None).map_err(|error| self.corrupt(&error))?);
+            }
+            let Some(reader) = &mut self.reader else { break };
             match reader.next() {
                 Some(Ok(batch)) => return Ok(Some(batch)),
                 Some(Err(error)) => return Err(self.corrupt(&error)),

@@ -41,8 +41,7 @@ impl SolutionRecord {
         };
         let kind: Kind = serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?;
         if kind.schema == refusal::SCHEMA {
-            return Err(wrong(format!("its schema is {}, it is a refusal", kind.schema))
-                .with_help(REFUSED));
+            return Err(wrong(format!("its schema is {}, it is a refusal", kind.schema)).with_help(REFUSED));
         }
         if kind.schema != SCHEMA {
             return Err(wrong(format!("its schema is {}, not {SCHEMA}", kind.schema)));

@@ -88,7 +88,8 @@ impl Table {
 }
 
 fn with_column(batch: &RecordBatch, name: &str, column: ArrayRef) -> RecordBatch {
-    let fields = batch.schema().fields().iter().zip(batch.columns()).map(|(field, old)| {
+    let schema = batch.schema();
+    let fields = schema.fields().iter().zip(batch.columns()).map(|(field, old)| {
         (field.name().clone(), if field.name() == name { Arc::clone(&column) } else { Arc::clone(old) })
     });
     let mut all: Vec<(String, ArrayRef)> = fields.collect();

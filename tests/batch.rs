@@ -299,9 +299,9 @@ fn a_wrong_table_is_told_by_its_column() {
         RecordBatch::try_new(Arc::new(schema), touches.columns().to_vec()).unwrap()
     };
     let count = touches.num_rows();
+    let rows = i64::try_from(count).unwrap();
     let words: ArrayRef = Arc::new(StringArray::from(vec!["1.0"; count]));
-    let unnamed: ArrayRef =
-        Arc::new(Int64Array::from_iter((0..count).map(|row| (row > 9).then_some(row as i64))));
+    let unnamed: ArrayRef = Arc::new((0..rows).map(|row| (row > 9).then_some(row)).collect::<Int64Array>());
     let again: ArrayRef =
         Arc::new(Int32Array::from_iter_values((0..count).map(|row| i32::from(row % 20 < 10))));
     let sixes: ArrayRef = Arc::new(Float64Array::from(vec![6.0; count]));

@@ -6,11 +6,12 @@
 """
 
 import inspect
+import json
 import sys
 from typing import Any
 
-import touchref
-from touchref import plugins
+from touchref import Fixture, Solver, _touchref, plugins
+from touchref._plugins import CLASSES
 
 HEADER = '''\
 # Written by stubs.py of the plugins that are linked in: do not edit.
@@ -45,9 +46,9 @@ def annotation(parameter: dict[str, Any]) -> str:
     return {"choice": words, "words": f"Sequence[{words}]"}.get(parameter["kind"]) or TYPES[parameter["kind"]]
 
 
-def of_class(base: type, plugin: dict[str, Any]) -> str:
+def of_class(base: type[Any], plugin: dict[str, Any]) -> str:
     """The class of a plugin."""
-    cls = plugins.CLASSES[base, plugin["name"]]
+    cls = CLASSES[base, plugin["name"]]
     signature = inspect.signature(cls)
     arguments = ["self"]
     for parameter in plugin["parameters"]:
@@ -67,7 +68,8 @@ def of_class(base: type, plugin: dict[str, Any]) -> str:
 
 def text() -> str:
     """The whole file."""
-    every = ((touchref.Fixture, plugins._ALL["fixtures"]), (touchref.Solver, plugins._ALL["solvers"]))
+    described = json.loads(_touchref.plugins())
+    every: tuple[tuple[type[Any], Any], ...] = ((Fixture, described["fixtures"]), (Solver, described["solvers"]))
     classes = [of_class(base, plugin) for base, kind in every for plugin in kind]
     names = "".join(f"    {name!r},\n" for name in plugins.__all__).replace("'", '"')
     return f"{HEADER}{''.join(classes)}\n__all__ = [\n{names}]\n"

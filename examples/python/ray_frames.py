@@ -30,7 +30,7 @@ def frames(table: Dataset, fixture: touchref.Fixture, bins: int, **probe: float)
         return pa.table(touchref.batch(ordered, fixture, threads=1, **probe))
 
     in_bins = table.map_batches(binned, batch_format="pyarrow")
-    return in_bins.groupby("bin").map_groups(located, batch_format="pyarrow")
+    return in_bins.groupby("bin", num_partitions=bins).map_groups(located, batch_format="pyarrow")
 
 
 def main() -> None:

@@ -14,7 +14,7 @@ import pytest
 import touchref
 
 CUBE = touchref.Cube(edge=50)
-TOUCHES = np.array([[50, 10, 10], [50, 40, 10], [50, 10, 40], [10, 50, 10], [40, 50, 10], [10, 10, 50]], dtype=float)
+TOUCHES = np.array([[50, 10, 10], [50, 40, 10], [50, 10, 40], [10, 50, 10], [10, 50, 40], [10, 10, 50]], dtype=float)
 LABELS = ["+x", "+x", "+x", "+y", "+y", "+z"]
 
 
@@ -64,16 +64,16 @@ WRONG: list[tuple[Callable[[], object], str, str]] = [
     (lambda: touchref.locate("cube", TOUCHES, LABELS), "invalid-input", "the fixture is 'cube'"),  # type: ignore[arg-type]
     (lambda: touchref.fixture("cub"), "unknown-fixture", "fixture `cub` is not known"),
     (lambda: touchref.fixture("cube"), "missing-key", "edge"),
-    (lambda: touchref.Cube(edge=-1), "invalid-input", "edge is -1"),
-    (lambda: touchref.Cube(edge=float("nan")), "invalid-input", "edge is NaN"),
-    (lambda: touchref.Cube(edge="50"), "invalid-input", "edge is a word"),  # type: ignore[arg-type]
+    (lambda: touchref.Cube(edge=-1), "invalid-input", "`edge` is -1"),
+    (lambda: touchref.Cube(edge=float("nan")), "invalid-input", "`edge` is NaN"),
+    (lambda: touchref.Cube(edge="50"), "invalid-input", "`edge` is a word"),  # type: ignore[arg-type]
     (lambda: touchref.Cube(edge=object()), "invalid-input", "no value of a parameter"),  # type: ignore[arg-type]
     (lambda: touchref.Cube(edgge=50), "unknown-key", "has no parameter `edgge`"),  # type: ignore[call-arg]
     (lambda: touchref.Cube(edge=touchref.Uncertain(50, -1)), "invalid-input", "uncertainty"),
-    (lambda: touchref.CylinderPlane(radius=1, angle_deg=90), "invalid-input", "angle_deg is 90"),
+    (lambda: touchref.CylinderPlane(radius=1, angle_deg=90), "invalid-input", "`angle_deg` is 90"),
     (lambda: touchref.Composite(surface=[{"name": "a"}]), "missing-key", "type"),
-    (lambda: touchref.Robust(bad="9"), "invalid-input", "bad is"),  # type: ignore[arg-type]
-    (lambda: touchref.solver("robust", bed=1), "unknown-key", "has no parameter `bed`"),
+    (lambda: touchref.Robust(bad="9"), "invalid-input", "`bad` is"),  # type: ignore[arg-type]
+    (lambda: touchref.solver("robust", bed=1), "unknown-key", "`bed` is not known"),
     (lambda: touchref.Measurement.read("no-such-file.toml"), "unreadable", "no-such-file.toml"),
     (lambda: touchref.Measurement.from_toml("units = 1"), "invalid-input", "units"),
     (lambda: touchref.Measurement.from_toml('units = "mm"'), "missing-key", "fixture"),
@@ -101,13 +101,14 @@ def test_what_is_wrong_is_told(call: Callable[[], object], code: str, message: s
 
 
 def test_the_nearest_name_is_told() -> None:
-    for call, nearest in [
+    calls: list[tuple[Callable[[], object], str]] = [
         (lambda: locate(labels=[*LABELS[:5], "+zz"]), "+z"),
         (lambda: touchref.fixture("cub"), "cube"),
-        (lambda: touchref.Cube(egde=50), "edge"),
+        (lambda: touchref.Cube(egde=50), "edge"),  # type: ignore[call-arg]
         (lambda: locate(solver="robus"), "robust"),
         (lambda: locate().frame.dialect("kuk"), "kuka"),
-    ]:
+    ]
+    for call, nearest in calls:
         with pytest.raises(touchref.InputError) as caught:
             call()
         assert caught.value.details["nearest"] == nearest

@@ -17,7 +17,10 @@ CELL = re.compile(r"```python\n(.*?)```\n(?:\n```text\n(.*?)```\n)?", re.DOTALL)
 def printed(code: str, names: dict[str, object]) -> str:
     """What a notebook shows of a cell: what it prints, and the value of an expression at its end."""
     body = ast.parse(code).body
-    last = ast.Expression(body.pop().value) if isinstance(body[-1], ast.Expr) else None
+    final = body[-1]
+    last = ast.Expression(final.value) if isinstance(final, ast.Expr) else None
+    if last:
+        body.pop()
     with contextlib.redirect_stdout(io.StringIO()) as output:
         exec(compile(ast.Module(body, []), "<cell>", "exec"), names)
         value = eval(compile(last, "<cell>", "eval"), names) if last else None

@@ -69,7 +69,7 @@ def test_without_sigma(root: Path) -> None:
     assert solution.normalized is None and solution.chi_square is None and solution.p_value is None
     six = touchref.locate(
         touchref.Cube(edge=50),
-        [[50, 10, 10], [50, 40, 10], [50, 10, 40], [10, 50, 10], [40, 50, 10], [10, 10, 50]],
+        [[50, 10, 10], [50, 40, 10], [50, 10, 40], [10, 50, 10], [10, 50, 40], [10, 10, 50]],
         ["+x", "+x", "+x", "+y", "+y", "+z"],
     )
     assert six.covariance is None and six.sigma is None
@@ -127,7 +127,7 @@ def test_pickling(paper: touchref.Solution) -> None:
     plate = {"name": "p", "type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
     for one in (
         touchref.CylinderPlane(radius=touchref.Uncertain(1, 0.1), angle_deg=45, bore=True),
-        touchref.Composite(surface=[plate, {**plate, "name": "q", "normal": [1, 0, 0]}], free=["y"]),
+        touchref.Composite(surface=[plate, {**plate, "name": "q", "normal": [1, 0, 0]}], free=["y"], size=10),
         touchref.LeastSquares(margin="near"),
     ):
         assert pickle.loads(pickle.dumps(one)) == one
@@ -139,7 +139,8 @@ def test_files(paper: touchref.Solution, tmp_path: Path) -> None:
     path = tmp_path / "result.json"
     path.write_text(paper.to_json(), encoding="utf-8")
     again = touchref.Solution.read(path)
-    assert again.to_json() == paper.to_json() and again.frame.dialect("matrix") == paper.frame.dialect("matrix")
+    assert again.to_json() == paper.to_json()
+    np.testing.assert_allclose(json.loads(again.frame.dialect("matrix")), paper.frame.matrix, rtol=0, atol=1e-15)
 
 
 def test_near(root: Path) -> None:
@@ -148,7 +149,23 @@ def test_near(root: Path) -> None:
     solution = measurement.locate()
     frame = solution.frame
     for near in (solution, frame, frame.matrix, [*frame.origin, *frame.quaternion], frame.matrix.tolist()):
-        assert measurement.locate(near=near).frame.matrix.tolist() == frame.matrix.tolist()
+        found = measurement.locate(near=near)
+        np.testing.assert_allclose(found.frame.matrix, frame.matrix, rtol=0, atol=1e-9)
+
+
+def test_near_decides() -> None:
+    """Planes that end nowhere may be touched from either side: two frames, of which the nearer one is meant."""
+    names = [("a", [1, 0, 0]), ("b", [0, 1, 0]), ("c", [0, 0, 1])]
+    planes = [{"name": name, "type": "plane", "point": [0, 0, 0], "normal": normal} for name, normal in names]
+    fixture = touchref.Composite(surface=planes, size=50)
+    touches = [[0, 10, 10], [0, 40, 10], [0, 10, 40], [10, 0, 10], [10, 0, 40], [10, 10, 0], [40, 10, 0]]
+    measurement = touchref.Measurement(fixture, touches, list("aaabbcc"), sigma=0.01)
+    with pytest.raises(touchref.Refused) as caught:
+        measurement.locate()
+    assert caught.value.code == "ambiguous"
+    for turn in ([0, 0, 0, 1], [1, 0, 0, 0], [0, 1, 0, 0]):
+        near = measurement.locate(near=[0.1, 0, 0, *turn])
+        np.testing.assert_allclose(np.abs(near.frame.quaternion @ turn), 1.0, atol=1e-6)
 
 
 def test_notebook(paper: touchref.Solution) -> None:
@@ -158,7 +175,7 @@ def test_notebook(paper: touchref.Solution) -> None:
     svg = paper.picture()
     assert svg is not None
     ElementTree.fromstring(svg)
-    assert repr(paper).startswith("<Solution: cylinder-plane at [2.9, 3.8, 4.225")
+    assert repr(paper).startswith("<Solution: cylinder-plane at [2.90003, 3.80003, 4.22489] mm, 7 touches")
 
 
 def test_frames_share_their_memory() -> None:
@@ -184,7 +201,8 @@ def test_tables_of_any_library() -> None:
     # To pandas what is missing is NaN, which a column of coordinates may not have.
     rows = touches.filter(pa.compute.is_valid(touches["i"])).drop_columns(["sigma"])
     of_pandas = touchref.batch(pd.DataFrame.from_arrow(rows), fixture, tip_radius=1.5, sigma=0.005)
-    assert pa.table(of_pandas).equals(pa.table(touchref.batch(rows, fixture, tip_radius=1.5, sigma=0.005)))
+    of_arrow = touchref.batch(rows, fixture, tip_radius=1.5, sigma=0.005)
+    assert pa.table(of_pandas).drop_columns("message").equals(pa.table(of_arrow).drop_columns("message"))
     frames = touchref.batch(touches, fixture, tip_radius=1.5, sigma=0.005)
     assert pl.DataFrame(frames)["status"].to_list() == expected["status"].to_pylist()
     assert pd.DataFrame.from_arrow(frames)["status"].tolist() == expected["status"].to_pylist()

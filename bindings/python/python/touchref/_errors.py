@@ -39,7 +39,9 @@ class TouchrefError(ValueError):
         return str(self.details.get("help", ""))
 
     def __str__(self) -> str:
-        place = [str(self.details[key]) for key in ("file", "line", "column") if key in self.details]
+        # What comes from no file has a place in none.
+        places = ("file", "line", "column") if self.details.get("file") else ()
+        place = [str(self.details[key]) for key in places if key in self.details]
         at = f"\nat {':'.join(place)}" if place else ""
         return f"{self.message} [{self.code}]{at}" + (f"\nhelp: {self.help}" if self.help else "")
 

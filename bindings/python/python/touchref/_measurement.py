@@ -124,7 +124,7 @@ def locate(
 
     >>> import touchref
     >>> cube = touchref.Cube(edge=50)
-    >>> touches = [[50, 10, 10], [50, 40, 10], [50, 10, 40], [10, 50, 10], [40, 50, 10], [10, 10, 50]]
+    >>> touches = [[50, 10, 10], [50, 40, 10], [50, 10, 40], [10, 50, 10], [10, 50, 40], [10, 10, 50]]
     >>> solution = touchref.locate(cube, touches, ["+x", "+x", "+x", "+y", "+y", "+z"], sigma=0.01)
     >>> solution.frame.origin.round(6).tolist(), solution.degrees_of_freedom
     ([50.0, 50.0, 50.0], 0)

@@ -1,5 +1,7 @@
 from typing import Any, Optional, final
 
+__all__ = ["Frames", "Measurement", "Solution", "Stream", "check_solver", "plugins"]
+
 def plugins() -> str: ...
 def check_solver(name: Optional[str], parameters: dict[str, Any]) -> str: ...
 @final

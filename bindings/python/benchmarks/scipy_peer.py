@@ -88,7 +88,7 @@ def peer(kind: str, placement: measurements.Placement, start: Array) -> tuple[Ar
 
 def displaced(matrix: Array, draw: random.Random) -> Array:
     """A frame some tenths of a millimetre and some milliradians away."""
-    near = matrix.copy()
+    near: Array = matrix.copy()
     near[:3, :3] = Rotation.from_rotvec([draw.gauss(0, 3e-3) for _ in range(3)]).as_matrix() @ matrix[:3, :3]
     near[:3, 3] += [draw.gauss(0.0, 0.2) for _ in range(3)]
     return near

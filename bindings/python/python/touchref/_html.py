@@ -36,7 +36,7 @@ def of_solution(document: dict[str, Any], picture: Optional[str]) -> str:
         # As an image it keeps its own style, and none of the notebook's.
         data = base64.b64encode(picture.encode()).decode()
         style = "background:#fff;border-radius:4px;max-width:100%"
-        image = f'<img alt="fixture, frame and touches" width="380" style="{style}" src="data:image/svg+xml;base64,{data}"/>'
+        image = f'<img alt="fixture, frame and touches" width="340" style="{style}" src="data:image/svg+xml;base64,{data}"/>'
     return (
         f'<div><b>Frame of {escape(document["fixture"]["kind"])}</b>{warnings}'
         '<div style="display:flex;flex-wrap:wrap;gap:16px;align-items:center">'

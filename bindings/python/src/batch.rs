@@ -25,14 +25,15 @@ use touchref::{
 
 use crate::{capsule, errors::Failure, measurement::Measurement, registry, values, waiting::wait};
 
-/// So many rows are handed to the threads at once: some thousands of placements, and soon done where the user interrupts.
-const ROWS_TOGETHER: usize = 65_536;
+/// So many rows are handed to the threads at once: enough to keep many processors busy, and soon done where the user
+/// interrupts.
+const ROWS_TOGETHER: usize = 16_384;
 
 /// More threads than any machine has use for.
 const MOST_THREADS: usize = 1024;
 
-/// Frames, one row a placement.
-#[pyclass(frozen, module = "touchref._touchref")]
+/// Frames, one row a placement: a table for whatever speaks Arrow's ``PyCapsule`` interface.
+#[pyclass(frozen, module = "touchref")]
 pub(crate) struct Frames {
     schema: SchemaRef,
     batches: Vec<RecordBatch>,
@@ -48,6 +49,11 @@ impl Frames {
         };
         let batches = parts.iter().flat_map(|part| part.batches.iter().cloned()).collect();
         Ok(Self { schema: SchemaRef::clone(&first.schema), batches })
+    }
+
+    fn __repr__(&self) -> String {
+        let counts = self.counts().into_iter().map(|(status, count)| format!("{count} {status}"));
+        format!("<Frames: {}>", counts.collect::<Vec<_>>().join(", "))
     }
 
     fn __len__(&self) -> usize {

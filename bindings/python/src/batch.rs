@@ -17,7 +17,7 @@ use pyo3::{
 };
 use rayon::ThreadPoolBuilder;
 use touchref::{
-    Frame, Solver,
+    Frame, Parameters, Solver, SolverPlugin,
     batch::Locator,
     io::{InputError, Measurement as Measured},
     locate::{Setup, build_solver, solver_plugin},
@@ -93,8 +93,9 @@ type Answer = Result<RecordBatch, InputError>;
 #[pyclass(module = "touchref._touchref")]
 pub(crate) struct Stream {
     work: Work,
-    /// The thread, once the columns of the touches are known; none again where it has failed or was interrupted.
+    /// The thread, once the columns of the touches are known.
     at_work: Option<AtWork>,
+    /// Whether it was finished, has failed or was interrupted.
     ended: bool,
 }
 
@@ -102,8 +103,8 @@ pub(crate) struct Stream {
 #[derive(Clone)]
 struct Work {
     measured: Measured,
-    solver: String,
-    parameters: touchref::Parameters,
+    solver: &'static SolverPlugin,
+    parameters: Parameters,
     near: Option<Frame>,
     threads: usize,
 }
@@ -126,8 +127,9 @@ impl Stream {
         near: Option<Vec<f64>>,
         threads: usize,
     ) -> Result<Self, Failure> {
+        let solver = solver_plugin(registry()?, solver)?;
         let parameters = values::parameters(parameters)?;
-        let solver = crate::measurement::checked_solver(solver, &parameters)?;
+        build_solver(solver, &[], &parameters)?;
         if threads > MOST_THREADS {
             let message = format!("threads is {threads}; expected {MOST_THREADS} or fewer");
             return Err(InputError::new("invalid-input", message).with_key("threads").into());
@@ -139,19 +141,18 @@ impl Stream {
 
     /// Takes more touches, and returns the frames of the placements that are complete.
     fn add(&mut self, py: Python<'_>, touches: &Bound<'_, PyAny>) -> Result<Frames, Failure> {
-        if self.ended {
-            return Err(InputError::new("invalid-input", "the stream has ended; begin another one").into());
-        }
+        self.require_open()?;
         let mut reader = capsule::reader(touches)?;
         let columns = arrow_array::RecordBatchReader::schema(&reader);
         let result = self.add_all(py, &columns, || py.detach(|| reader.next()));
-        // What was wrong, or interrupted, left placements behind of which half is known.
-        self.ended |= result.is_err();
+        // What failed may have left a placement behind of which half is known.
+        self.ended = result.is_err();
         result
     }
 
     /// The frame of the last placement.
     fn finish(&mut self, py: Python<'_>) -> Result<Frames, Failure> {
+        self.require_open()?;
         self.ended = true;
         let Some(mut at_work) = self.at_work.take() else {
             return Err(InputError::new("too-few-touches", "there are no touches").into());
@@ -162,6 +163,13 @@ impl Stream {
 }
 
 impl Stream {
+    fn require_open(&self) -> Result<(), InputError> {
+        if self.ended {
+            return Err(InputError::new("invalid-input", "the stream has ended; begin another one"));
+        }
+        Ok(())
+    }
+
     fn add_all(
         &mut self,
         py: Python<'_>,
@@ -190,7 +198,7 @@ impl Work {
     /// process that was forked.
     fn begin(self, columns: &SchemaRef) -> Result<AtWork, Failure> {
         let registry = registry()?;
-        let solver = build_solver(solver_plugin(registry, Some(&self.solver))?, &[], &self.parameters)?;
+        let solver = build_solver(self.solver, &[], &self.parameters)?;
         let setup = Setup::new(self.measured, registry)?;
         let pool = ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|error| {
             InputError::new("invalid-input", format!("cannot start the threads: {error}")).with_key("threads")

@@ -5,12 +5,12 @@ use std::path::Path;
 use nalgebra::{Point3, Vector3};
 use pyo3::{prelude::*, types::PyDict};
 use touchref::{
-    Noise, Parameters, Probe, direction,
+    Noise, Probe, direction,
     io::{
         Input, InputError, Measurement as Measured, TouchRecord, TouchSource,
         solution::{FixtureRecord, ProbeRecord},
     },
-    locate::{self, Setup, build_solver, locating_solver, solver_plugin},
+    locate::{self, Setup, locating_solver},
 };
 
 use crate::{errors::Failure, registry, solution::Solution, values, waiting::interruptible};
@@ -126,11 +126,4 @@ fn record(index: usize, touch: Given) -> Result<TouchRecord, InputError> {
         id,
         ..TouchRecord::new(&surface, Point3::from(at))
     })
-}
-
-/// The parameters of a solver, checked: their names are those that its plugin has.
-pub(crate) fn checked_solver(name: Option<&str>, parameters: &Parameters) -> Result<String, Failure> {
-    let plugin = solver_plugin(registry()?, name)?;
-    build_solver(plugin, &[], parameters)?;
-    Ok(plugin.name.to_owned())
 }

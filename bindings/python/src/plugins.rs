@@ -2,9 +2,12 @@
 
 use pyo3::{prelude::*, types::PyDict};
 use serde_json::{Value, json};
-use touchref::{ParameterKind, ParameterSpec, Plugin};
+use touchref::{
+    ParameterKind, ParameterSpec, Plugin,
+    locate::{build_solver, solver_plugin},
+};
 
-use crate::{errors::Failure, measurement::checked_solver, registry, values};
+use crate::{errors::Failure, registry, values};
 
 /// Every plugin as JSON; the classes of the Python package are made of it.
 #[pyfunction]
@@ -64,8 +67,9 @@ fn parameter(spec: &ParameterSpec, all: &[ParameterSpec]) -> Value {
     })
 }
 
-/// Checks a solver's name and parameters; the name, or that of the solver that is taken where none is named.
+/// Checks a solver's name and parameters.
 #[pyfunction]
-pub(crate) fn check_solver(name: Option<&str>, parameters: &Bound<'_, PyDict>) -> Result<String, Failure> {
-    checked_solver(name, &values::parameters(parameters)?)
+pub(crate) fn check_solver(name: &str, parameters: &Bound<'_, PyDict>) -> Result<(), Failure> {
+    build_solver(solver_plugin(registry()?, Some(name))?, &[], &values::parameters(parameters)?)?;
+    Ok(())
 }

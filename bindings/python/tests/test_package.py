@@ -24,6 +24,7 @@ import polars as pl
 import pyarrow as pa
 import pytest
 import touchref
+import touchref._touchref
 from test_same_as_command import table
 
 PAPER = "examples/nederbragt-ravani.toml"
@@ -171,7 +172,7 @@ def test_near_decides() -> None:
 def test_labels_that_are_open(root: Path) -> None:
     """``robust`` finds the surface of a touch whose label is open; the others ask for it."""
     cube = touchref.Measurement.read(root / "examples/cube.toml")
-    touches = [touch.at for touch in cube.locate().touches]
+    touches: Any = [touch.at for touch in cube.locate().touches]
     labels = ["+z", "+z", "?", "+x", "+x", "+x", "+y", "+y", "+y"]
     arguments: Any = {"tip_radius": 1.5, "sigma": 0.005}
     solution = touchref.locate(cube.fixture, touches, labels, solver="robust", **arguments)
@@ -250,6 +251,20 @@ def test_parts_that_do_not_fit() -> None:
         touchref.batch(pa.RecordBatchReader.from_batches(touches.schema, breaks()), fixture)
     with pytest.raises(OSError, match="the disk is gone"):
         list(touchref.batches(breaks(), fixture))
+
+
+def test_a_stream_that_failed_has_ended() -> None:
+    """Else the touches before the failure would be a placement."""
+    fixture = measurements.fixtures()["cube"][0]
+    touches = table("cube").slice(0, 100)
+    native = touchref._touchref.Measurement.of(fixture.kind, fixture.parameters, "mm", (1.5, 0.0), 0.005, None)
+    stream = touchref._touchref.Stream(native, None, {}, None, 1)
+    stream.add(touches)
+    with pytest.raises(touchref.InputError, match="comes again"):
+        stream.add(touches)
+    for call in (stream.finish, lambda: stream.add(touches)):
+        with pytest.raises(touchref.InputError, match="has ended"):
+            call()
 
 
 def test_no_touches() -> None:

@@ -12,26 +12,29 @@ use touchref::{
 
 use crate::errors::Failure;
 
+/// Tables in tables that no plugin has: a list that holds itself would have no end.
+const MOST_NESTED: usize = 16;
+
 /// Named values of a `dict`.
 ///
 /// # Errors
 /// `invalid-input` for a value that no parameter can have.
 pub(crate) fn parameters(given: &Bound<'_, PyDict>) -> Result<Parameters, Failure> {
-    named(given, "")
+    named(given, "", 0)
 }
 
-fn named(given: &Bound<'_, PyDict>, within: &str) -> Result<Parameters, Failure> {
+fn named(given: &Bound<'_, PyDict>, within: &str, nested: usize) -> Result<Parameters, Failure> {
     let mut parameters = Parameters::new();
     for (name, value) in given {
         let name: String = name.extract()?;
-        let value = self::value(&value, &format!("{within}{name}"))?;
+        let value = self::value(&value, &format!("{within}{name}"), nested)?;
         parameters.set(&name, value);
     }
     Ok(parameters)
 }
 
-/// One value: a number, `(value, u)` or `{"value": .., "u": ..}`, a text, a truth value, or a sequence.
-fn value(given: &Bound<'_, PyAny>, name: &str) -> Result<Value, Failure> {
+/// One value: a number, one with its uncertainty (by the names `value` and `u`), a text, a truth value, or a sequence.
+fn value(given: &Bound<'_, PyAny>, name: &str, nested: usize) -> Result<Value, Failure> {
     if let Ok(flag) = given.cast::<PyBool>() {
         return Ok(flag.is_true().into());
     }
@@ -59,9 +62,13 @@ fn value(given: &Bound<'_, PyAny>, name: &str) -> Result<Value, Failure> {
     if let Ok(words) = given.extract::<Vec<String>>() {
         return Ok(Value::Words(words));
     }
-    if let Ok(tables) = given.extract::<Vec<Bound<'_, PyDict>>>() {
-        let tables =
-            tables.iter().enumerate().map(|(index, table)| named(table, &format!("{name}[{index}].")));
+    if let Ok(tables) = given.extract::<Vec<Bound<'_, PyDict>>>()
+        && nested < MOST_NESTED
+    {
+        let tables = tables
+            .iter()
+            .enumerate()
+            .map(|(index, table)| named(table, &format!("{name}[{index}]."), nested + 1));
         return Ok(Value::Tables(tables.collect::<Result<_, _>>()?));
     }
     Err(wrong(given, name))

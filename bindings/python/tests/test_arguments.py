@@ -28,6 +28,13 @@ def with_nan() -> Any:
     return touches
 
 
+def endless() -> list[Any]:
+    """A list that holds itself."""
+    table: dict[str, Any] = {}
+    table["surface"] = [table]
+    return [table]
+
+
 WRONG: list[tuple[Callable[[], object], str, str]] = [
     (lambda: locate(with_nan()), "invalid-input", "touch 3: a coordinate is NaN; expected a finite number"),
     (lambda: locate(TOUCHES * np.inf), "invalid-input", "touch 0: a coordinate is inf"),
@@ -68,6 +75,7 @@ WRONG: list[tuple[Callable[[], object], str, str]] = [
     (lambda: touchref.Cube(edge=float("nan")), "invalid-input", "`edge` is NaN"),
     (lambda: touchref.Cube(edge="50"), "invalid-input", "`edge` is a word"),  # type: ignore[arg-type]
     (lambda: touchref.Cube(edge=object()), "invalid-input", "no value of a parameter"),  # type: ignore[arg-type]
+    (lambda: touchref.Composite(surface=endless()), "invalid-input", "no value of a parameter"),
     (lambda: touchref.Cube(edgge=50), "unknown-key", "has no parameter `edgge`"),  # type: ignore[call-arg]
     (lambda: touchref.Cube(edge=touchref.Uncertain(50, -1)), "invalid-input", "uncertainty"),
     (lambda: touchref.CylinderPlane(radius=1, angle_deg=90), "invalid-input", "`angle_deg` is 90"),

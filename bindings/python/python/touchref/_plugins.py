@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from copy import deepcopy
 from typing import Any, NamedTuple, Optional
 
 from . import _touchref
@@ -69,7 +70,7 @@ class Fixture(_Named):
     @property
     def parameters(self) -> dict[str, Any]:
         """Its parameters, defaults filled in; numbers that are uncertain are :class:`Uncertain`."""
-        return dict(self._parameters)
+        return deepcopy(self._parameters)
 
     @property
     def surfaces(self) -> tuple[str, ...]:
@@ -98,7 +99,7 @@ class Solver(_Named):
     @property
     def parameters(self) -> dict[str, Any]:
         """Its parameters, as far as they are given."""
-        return dict(self._given)
+        return deepcopy(self._given)
 
     def __reduce__(self) -> tuple[Any, tuple[str, dict[str, Any]]]:
         return (_solver, (self.name, self._given))

@@ -76,7 +76,8 @@
 //! | [`analysis`] | simulated measurements, studies of how often a frame is right, refused or wrong, reference data; propagation of uncertainty |
 //! | [`conformance`] | does a plugin keep what the traits promise? |
 //! | [`report`] | a result as one page that opens by itself, and its picture |
-//! | `batch`, a feature of that name | many placements at once, from Arrow to Arrow; CSV, NDJSON, Parquet |
+//! | `batch`, with the feature `arrow` | many placements at once, from Arrow to Arrow; with `batch` CSV, NDJSON, Parquet |
+//! | [`locate`] | from a measurement to its result or refusal, as the command line gives it |
 //! | [`io`] | measurement files, touch tables, results as JSON, frames in the words of machines |
 //!
 //! The command line `touchref` is the package `touchref-cli`, a library too: link your own plugins into a binary of a
@@ -99,13 +100,15 @@
 
 pub use touchref_analysis as analysis;
 pub use touchref_analysis::conformance;
-#[cfg(feature = "batch")]
+#[cfg(feature = "arrow")]
 pub use touchref_batch as batch;
 pub use touchref_core::*;
 pub use touchref_fixtures as fixtures;
 pub use touchref_io as io;
 pub use touchref_report as report;
 pub use touchref_solvers as solvers;
+
+pub mod locate;
 
 /// What a program that locates fixtures needs.
 pub mod prelude {

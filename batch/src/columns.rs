@@ -4,7 +4,9 @@ use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray, cast:
 use arrow_cast::{CastOptions, cast_with_options};
 use arrow_ord::partition::partition;
 use arrow_schema::{DataType, Field, Schema};
-use touchref_core::{Fixture, Units, Warning};
+#[cfg(feature = "files")]
+use touchref_core::Warning;
+use touchref_core::{Fixture, Units};
 use touchref_io::{InputError, table::nearest_column};
 
 use crate::{
@@ -112,6 +114,7 @@ enum Kind {
 }
 
 /// The columns of a file of which touches are not made, and that tell nothing of them either.
+#[cfg(feature = "files")]
 pub(crate) fn ignored(schema: &Schema, file: &str) -> Vec<Warning> {
     let names = schema.fields().iter().map(|field| field.name().as_str());
     let unused = names.filter(|name| !is_column(name) && *name != "id");
@@ -124,6 +127,7 @@ pub(crate) fn ignored(schema: &Schema, file: &str) -> Vec<Warning> {
 }
 
 /// Whether touches are made of a column of this name.
+#[cfg(feature = "files")]
 pub(crate) fn is_column(name: &str) -> bool {
     expected_type(name).is_some()
 }

@@ -13,7 +13,7 @@ use crate::{
     columns::Rows,
     frames,
     placement::{Gathering, Placement},
-    table::Source,
+    source::Source,
 };
 
 /// So many placements are located at once: enough to keep many processors busy, few enough to take little room.

@@ -4,10 +4,10 @@ use std::{io::Write, path::Path};
 
 use arrow_array::RecordBatch;
 use arrow_schema::SchemaRef;
-use touchref_core::{Fixture, Units, Warning, parameters::nearest};
+use touchref_core::{Fixture, Units, parameters::nearest};
 use touchref_io::{Input, InputError};
 
-use crate::{NameType, placement::Placement};
+pub use crate::source::Source;
 
 mod csv;
 mod ndjson;
@@ -49,28 +49,6 @@ impl Form {
                 .with_nearest(nearest(ending, ENDINGS.iter().map(|(known, _)| *known)))
                 .with_help("end it in .csv, .ndjson or .parquet")
         })
-    }
-}
-
-/// A table of touches, read placement by placement.
-pub trait Source: Send {
-    /// What placements are called in it.
-    fn names(&self) -> NameType;
-
-    /// The next placement; `None` at the end.
-    ///
-    /// # Errors
-    /// What is wrong with the table, and where. What is wrong with a touch is in its placement.
-    fn next_placement(&mut self) -> Result<Option<Placement>, InputError>;
-
-    /// How many rows it has, as far as that is known without reading them.
-    fn rows(&self) -> Option<u64> {
-        None
-    }
-
-    /// What the user should know of the table: columns that are not used.
-    fn warnings(&self) -> &[Warning] {
-        &[]
     }
 }
 

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use touchref_core::SolveError;
+use touchref_core::{DialectError, SolveError};
 
 use crate::{
     InputError, TouchRecord, Units, schema,
@@ -255,6 +255,22 @@ impl From<&InputError> for ErrorRecord {
             key: error.key().filter(|key| !key.is_empty()).map(str::to_owned),
             nearest: error.nearest().map(str::to_owned),
         };
+        record
+    }
+}
+
+impl From<&DialectError> for ErrorRecord {
+    /// What a dialect cannot tell, with the angle and its bound in degrees.
+    fn from(error: &DialectError) -> Self {
+        let mut record = Self::new(error.code(), error.to_string(), error.help());
+        record.error.place.key = Some("dialect".to_owned());
+        if let DialectError::Lossy { lost, .. } = error {
+            let findings = &mut record.error.findings;
+            findings.units = Some(lost.units.name());
+            findings.quantity = Some(lost.omission.map_or("angle in degrees", |_| "tilt in degrees"));
+            findings.value = Some(lost.angle.to_degrees());
+            findings.bound = Some(lost.angle_bound.to_degrees());
+        }
         record
     }
 }

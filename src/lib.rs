@@ -77,6 +77,7 @@
 //! | [`conformance`] | does a plugin keep what the traits promise? |
 //! | [`report`] | a result as one page that opens by itself, and its picture |
 //! | `batch`, a feature of that name | many placements at once, from Arrow to Arrow; CSV, NDJSON, Parquet |
+//! | [`locate`] | from a measurement to its result or refusal, as the command line gives it |
 //! | [`io`] | measurement files, touch tables, results as JSON, frames in the words of machines |
 //!
 //! The command line `touchref` is the package `touchref-cli`, a library too: link your own plugins into a binary of a
@@ -106,6 +107,8 @@ pub use touchref_fixtures as fixtures;
 pub use touchref_io as io;
 pub use touchref_report as report;
 pub use touchref_solvers as solvers;
+
+pub mod locate;
 
 /// What a program that locates fixtures needs.
 pub mod prelude {

@@ -4,9 +4,10 @@ use std::{fmt::Display, io};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use touchref::{
-    DialectError, RegistryError, SolveError,
+    DialectError, RegistryError,
     analysis::planning::PlanError,
-    io::{ErrorRecord, InputError, PlacementTouches, TouchRecord, Units, refusal::ConcernedPlacement},
+    io::{ErrorRecord, InputError, PlacementTouches, Units, refusal::ConcernedPlacement},
+    locate::{self, Refused},
     solvers::{bundle::BundleError, element::ElementError},
 };
 
@@ -27,16 +28,6 @@ pub(crate) enum Failure {
     Untold(DialectError),
     /// The call is wrong; or help or the version was asked for.
     Call(clap::Error),
-}
-
-/// A solver's refusal, with the touches it is about.
-#[derive(Debug)]
-pub(crate) struct Refused {
-    pub(crate) error: SolveError,
-    pub(crate) units: Units,
-    pub(crate) touches: Vec<TouchRecord>,
-    /// The file of the touches.
-    pub(crate) file: String,
 }
 
 /// A refusal to calibrate, with the placements it is about.
@@ -99,17 +90,7 @@ impl Failure {
     pub(crate) fn record(&self) -> ErrorRecord {
         match self {
             Self::Input(error) => error.into(),
-            Self::Refused(refused) => {
-                let mut record = ErrorRecord::of_refusal(&refused.error, refused.units, &refused.touches);
-                // Suspects are no place in the input.
-                if let (true, [touch, ..]) =
-                    (refused.error.is_input_error(), record.error.findings.touches.as_slice())
-                {
-                    record.error.place.line = touch.line;
-                    record.error.place.file = Some(refused.file.clone());
-                }
-                record
-            }
+            Self::Refused(refused) => refused.record(),
             Self::Uncalibrated(refused) => refused.record(),
             Self::Unplanned(error) => of_plan(error),
             Self::Undetermined(error) => ErrorRecord::new(
@@ -117,24 +98,10 @@ impl Failure {
                 error.to_string(),
                 "touch more of the surface, in other places",
             ),
-            Self::Untold(error) => of_dialect(error),
+            Self::Untold(error) => error.into(),
             Self::Call(error) => of_call(error),
         }
     }
-}
-
-/// What a dialect cannot tell, with the angle and its bound in degrees.
-fn of_dialect(error: &DialectError) -> ErrorRecord {
-    let mut record = ErrorRecord::new(error.code(), error.to_string(), error.help());
-    record.error.place.key = Some("dialect".to_owned());
-    if let DialectError::Lossy { lost, .. } = error {
-        let findings = &mut record.error.findings;
-        findings.units = Some(lost.units.name());
-        findings.quantity = Some(lost.omission.map_or("angle in degrees", |_| "tilt in degrees"));
-        findings.value = Some(lost.angle.to_degrees());
-        findings.bound = Some(lost.angle_bound.to_degrees());
-    }
-    record
 }
 
 fn of_plan(error: &PlanError) -> ErrorRecord {
@@ -179,6 +146,22 @@ impl From<InputError> for Failure {
 impl From<RegistryError> for Failure {
     fn from(error: RegistryError) -> Self {
         Self::Input(error.into())
+    }
+}
+
+impl From<Refused> for Failure {
+    fn from(refused: Refused) -> Self {
+        Self::Refused(Box::new(refused))
+    }
+}
+
+impl From<locate::Failure> for Failure {
+    fn from(failure: locate::Failure) -> Self {
+        match failure {
+            locate::Failure::Input(error) => Self::Input(error),
+            locate::Failure::Refused(refused) => Self::Refused(refused),
+            locate::Failure::Untold(error) => Self::Untold(error),
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use touchref::{Registry, Solution};
 
 use crate::{
     failure::Failure,
-    setup::{MeasurementArgs, NearArgs, Setup, SolverArgs},
+    setup::{MeasurementArgs, NearArgs, Setup, SolverArgs, solve},
 };
 
 /// A measurement, and where its frame is used.
@@ -33,7 +33,7 @@ impl UseArgs {
         let solver = SolverArgs::default().build(registry, &[])?;
         let near = self.near.frame()?;
         let setup = self.measurement.load(registry)?;
-        let solution = setup.solve(&*solver, near)?;
+        let solution = solve(&setup, &*solver, near)?;
         Ok(InUse { setup, solution, points: self.points.points() })
     }
 }

@@ -1,32 +1,20 @@
 //! What was measured, from the arguments that every subcommand on a measurement shares.
 
-use std::{cell::OnceCell, path::PathBuf, time::Instant};
+use std::{path::PathBuf, time::Instant};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
+pub(crate) use touchref::locate::{FULL_MARGIN, Setup};
 use touchref::{
-    Fixture, Frame, Parameters, Problem, Registry, Solution, SolveError, Solver, SolverPlugin, Warning,
-    io::{
-        Input, InputError, Measurement, TouchRecord, TouchSource, Touches, Units, parameter, read_frame,
-        solution::Context,
-    },
-    solvers::{
-        labelling::{self, Tip},
-        refinement::{Progress, retrace},
-        robust,
-    },
+    Frame, Parameters, Registry, Solution, Solver,
+    io::{Input, InputError, Measurement, TouchSource, Units, parameter, read_frame},
+    locate::{build_solver, solver_plugin},
 };
 
 use crate::{
-    failure::{Failure, Refused},
+    failure::Failure,
     output::{Verbosity, note_on_the_way, verbosity, working},
     text,
 };
-
-/// The solver that is taken where it is linked in, and the one taken elsewhere.
-const DEFAULT_SOLVERS: [&str; 2] = ["least-squares", "closed-form"];
-
-/// One frame may take its time: how far it stands is told as far as it does. For [`SolverArgs::build`].
-pub(crate) const FULL_MARGIN: [(&str, &str); 1] = [("margin", "full")];
 
 /// A measurement file, or what would stand in one; arguments take the place of what the file says.
 #[derive(Debug, clap::Args)]
@@ -119,15 +107,6 @@ fn units() -> impl clap::builder::TypedValueParser<Value = Units> {
         .map(|name| Units::from_name(&name).unwrap_or(Units::Millimetre))
 }
 
-/// A measurement with its fixture built.
-#[derive(Debug)]
-pub(crate) struct Setup {
-    pub(crate) measurement: Measurement,
-    pub(crate) fixture: Box<dyn Fixture>,
-    /// The touches, once they are read: standard input gives them only once.
-    touches: OnceCell<Touches>,
-}
-
 impl MeasurementArgs {
     /// Whether the measurement or its touches come from standard input.
     pub(crate) fn reads_stdin(&self) -> bool {
@@ -174,8 +153,7 @@ impl MeasurementArgs {
         if let Some(sigma) = self.sigma {
             measurement.set_sigma(sigma)?;
         }
-        let fixture = measurement.fixture(registry)?;
-        Ok(Setup { measurement, fixture, touches: OnceCell::new() })
+        Setup::new(measurement, registry)
     }
 }
 
@@ -186,127 +164,28 @@ impl SolverArgs {
         registry: &Registry,
         presets: &[(&str, &str)],
     ) -> Result<Box<dyn Solver>, InputError> {
-        let plugin = match &self.solver {
-            Some(name) => {
-                registry.solver(name).map_err(|error| InputError::from(error).with_key("solver"))?
-            }
-            None => default_solver(registry)?,
-        };
+        let plugin = solver_plugin(registry, self.solver.as_deref())?;
         let mut parameters = Parameters::new();
-        let known = |(name, _): &&(&str, &str)| plugin.parameters.iter().any(|spec| spec.name == *name);
-        let presets = presets.iter().filter(known).map(|(name, text)| (*name, *text));
-        let given = self.solver_parameters.iter().map(|(name, text)| (name.as_str(), text.as_str()));
-        for (name, text) in presets.chain(given) {
+        for (name, text) in &self.solver_parameters {
             let solver = format!("solver `{}`", plugin.name);
             parameters.set(name, parameter::from_argument(&solver, plugin.parameters, name, text)?);
         }
-        plugin.build(&parameters).map_err(|error| {
-            InputError::new("invalid-input", format!("solver `{}`: {error}", plugin.name))
-                .with_key(error.name.clone())
-        })
+        build_solver(plugin, presets, &parameters)
     }
 }
 
-/// The solver that is taken where none is named.
-fn default_solver(registry: &Registry) -> Result<&'static SolverPlugin, InputError> {
-    let linked = |name: &&str| registry.solver(name).is_ok();
-    let name = DEFAULT_SOLVERS.into_iter().find(linked).unwrap_or(DEFAULT_SOLVERS[0]);
-    Ok(registry.solver(name)?)
-}
-
-impl Setup {
-    /// Whether the measurement has touches, or names a table of them.
-    pub(crate) fn has_touches(&self) -> bool {
-        self.measurement.touches != TouchSource::Absent
+/// Solves for the frame, expected near `near` if that is given; tells that it works, and on demand how.
+pub(crate) fn solve(setup: &Setup, solver: &dyn Solver, near: Option<Frame>) -> Result<Solution, Failure> {
+    let (began, working) = (Instant::now(), working("looking for every frame"));
+    let solution = setup.solve(solver, near);
+    drop(working);
+    let (solution, took) = (solution?, began.elapsed());
+    if verbosity() == Verbosity::Verbose {
+        let history = setup.history(&solution)?;
+        let units = setup.measurement.units.name();
+        note_on_the_way(|look| text::search(&solution, &history, took, units, look));
     }
-
-    /// The measurement's touches, their surfaces found.
-    pub(crate) fn touches(&self) -> Result<&Touches, InputError> {
-        if let Some(touches) = self.touches.get() {
-            return Ok(touches);
-        }
-        let touches = self.measurement.touches(&*self.fixture)?;
-        Ok(self.touches.get_or_init(|| touches))
-    }
-
-    /// What the user should know of the touches, as far as they are read.
-    pub(crate) fn warnings(&self) -> &[Warning] {
-        self.touches.get().map_or(&[], |touches| &touches.warnings)
-    }
-
-    /// The measurement for a solver.
-    pub(crate) fn problem(&self) -> Result<Problem<'_>, InputError> {
-        Ok(Problem::new(&*self.fixture, &self.touches()?.touches, self.measurement.probe)?)
-    }
-
-    /// Reads the touches, and finds the surfaces of those that do not say on which they are.
-    fn label(&self) -> Result<(), Failure> {
-        if self.touches.get().is_some() {
-            return Ok(());
-        }
-        let touches = self.measurement.touches_labelled_by(&*self.fixture, |records, surfaces| {
-            let tips: Vec<Tip> = records
-                .iter()
-                .zip(surfaces)
-                .map(|(record, surface)| {
-                    let TouchRecord { at, noise, approach, .. } = *record;
-                    Tip { surface: *surface, at, noise, approach }
-                })
-                .collect();
-            labelling::label(&*self.fixture, &tips, self.measurement.probe)
-                .map_err(|error| self.refused_of(error, records, String::new()))
-        })?;
-        let _ = self.touches.set(touches);
-        Ok(())
-    }
-
-    /// Solves for the frame, expected near `near` if that is given.
-    pub(crate) fn solve(&self, solver: &dyn Solver, near: Option<Frame>) -> Result<Solution, Failure> {
-        let (began, working) = (Instant::now(), working("looking for every frame"));
-        if solver.name() == robust::PLUGIN.name {
-            self.label()?;
-        }
-        let problem = self.problem()?;
-        let problem = near.map_or(problem, |frame| problem.near(frame));
-        let solution = solver.solve(&problem).map_err(|error| self.refused(error));
-        drop(working);
-        let (solution, took) = (solution?, began.elapsed());
-        if verbosity() == Verbosity::Verbose {
-            let history = self.history(&solution)?;
-            let units = self.measurement.units.name();
-            note_on_the_way(|look| text::search(&solution, &history, took, units, look));
-        }
-        Ok(solution)
-    }
-
-    /// What each step did that led to a solution.
-    pub(crate) fn history(&self, solution: &Solution) -> Result<Vec<Progress>, Failure> {
-        retrace(&self.problem()?, solution).map_err(|error| self.refused(error))
-    }
-
-    /// A refusal, with the touches it is about.
-    pub(crate) fn refused(&self, error: SolveError) -> Failure {
-        match self.touches.get() {
-            Some(touches) => self.refused_of(error, &touches.records, touches.file.clone()),
-            None => self.refused_of(error, &[], String::new()),
-        }
-    }
-
-    fn refused_of(&self, error: SolveError, touches: &[TouchRecord], file: String) -> Failure {
-        let units = self.measurement.units;
-        Failure::Refused(Box::new(Refused { error, units, touches: touches.to_vec(), file }))
-    }
-
-    /// What a result repeats of the measurement.
-    pub(crate) fn context(&self) -> Result<Context<'_>, InputError> {
-        Ok(Context {
-            kind: self.fixture.kind(),
-            parameters: self.fixture.parameters(),
-            units: self.measurement.units,
-            probe: &self.measurement.probe,
-            touches: &self.touches()?.records,
-        })
-    }
+    Ok(solution)
 }
 
 /// No sigma where noise is to be simulated.

@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use touchref_core::SolveError;
+use touchref_core::{DialectError, SolveError};
 
 use crate::{
     InputError, TouchRecord, Units, schema,
@@ -12,8 +12,9 @@ use crate::{
 /// The schema that [`ErrorRecord`] states.
 pub const SCHEMA: &str = "touchref.error/1";
 
-/// Every code there is: first those of sound input that gives no result to trust, then those of wrong input or a wrong call.
-pub const CODES: [&str; 25] = [
+/// Every code there is: first those of sound input that gives no result to trust, then those of wrong input or a wrong call,
+/// and last that of a fault, which bindings tell where a program of Rust would panic.
+pub const CODES: [&str; 26] = [
     "ambiguous",
     "degenerate",
     "dialect-failed",
@@ -39,6 +40,7 @@ pub const CODES: [&str; 25] = [
     "unsupported",
     "unwritable",
     "usage",
+    "internal",
 ];
 
 /// Why there is no frame. Only the details that an error has are written.
@@ -255,6 +257,22 @@ impl From<&InputError> for ErrorRecord {
             key: error.key().filter(|key| !key.is_empty()).map(str::to_owned),
             nearest: error.nearest().map(str::to_owned),
         };
+        record
+    }
+}
+
+impl From<&DialectError> for ErrorRecord {
+    /// What a dialect cannot tell, with the angle and its bound in degrees.
+    fn from(error: &DialectError) -> Self {
+        let mut record = Self::new(error.code(), error.to_string(), error.help());
+        record.error.place.key = Some("dialect".to_owned());
+        if let DialectError::Lossy { lost, .. } = error {
+            let findings = &mut record.error.findings;
+            findings.units = Some(lost.units.name());
+            findings.quantity = Some(lost.omission.map_or("angle in degrees", |_| "tilt in degrees"));
+            findings.value = Some(lost.angle.to_degrees());
+            findings.bound = Some(lost.angle_bound.to_degrees());
+        }
         record
     }
 }

@@ -7,7 +7,7 @@ use touchref::{
     io::{
         InputError, SolutionRecord, dialect,
         history::{self, Entry, History},
-        solution::{StepRecord, WarningRecord},
+        solution::StepRecord,
     },
     solvers::refinement::Progress,
 };
@@ -16,7 +16,7 @@ use crate::{
     args::Format,
     failure::Failure,
     output::{Output, Verbosity, json, note, verbosity},
-    setup::{FULL_MARGIN, MeasurementArgs, NearArgs, Setup, SolverArgs},
+    setup::{FULL_MARGIN, MeasurementArgs, NearArgs, Setup, SolverArgs, solve},
     text,
 };
 
@@ -65,7 +65,7 @@ impl Args {
         let store = self.record.as_deref().map(History::append_to).transpose();
         let mut store = store.map_err(|error| error.with_key("record"))?;
         let setup = self.measurement.load(registry)?;
-        let told = setup.solve(&*solver, near).and_then(|solution| record(&setup, &solution, &dialects));
+        let told = solve(&setup, &*solver, near).and_then(|solution| record(&setup, &solution, &dialects));
         let record = match told {
             Ok(record) => record,
             Err(failure) => {
@@ -111,8 +111,7 @@ fn record(
     solution: &Solution,
     dialects: &[(&String, Box<dyn Dialect>)],
 ) -> Result<SolutionRecord, Failure> {
-    let mut record = SolutionRecord::new(&setup.context()?, solution);
-    record.warnings.extend(setup.warnings().iter().map(WarningRecord::from));
+    let mut record = setup.record(solution)?;
     if let (Verbosity::Verbose, Some(iteration)) = (verbosity(), &mut record.iteration) {
         iteration.history = Some(setup.history(solution)?.iter().map(step).collect());
     }

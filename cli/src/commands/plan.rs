@@ -322,10 +322,10 @@ fn next(setup: &Setup, planner: &Planner<'_>, near: Option<Frame>) -> Result<(Ne
             match planner.next_apart(problem.touches(), &frames) {
                 Ok(next) => Ok((next, frames)),
                 // What is refused cannot be helped by one touch: then the refusal is what there is to tell.
-                Err(_) => Err(setup.refused(error)),
+                Err(_) => Err(setup.refused(error).into()),
             }
         }
-        Err(error) => Err(setup.refused(error)),
+        Err(error) => Err(setup.refused(error).into()),
     }
 }
 

@@ -18,7 +18,7 @@ use crate::{
     failure::Failure,
     layout::{LayoutArgs, LayoutKind},
     output::{Output, write_file},
-    setup::{MeasurementArgs, SolverArgs, no_sigma},
+    setup::{MeasurementArgs, SolverArgs, no_sigma, solve},
 };
 
 /// Simulate touches: a touch table with noise, from a seed
@@ -76,7 +76,7 @@ impl Args {
         let sigma = setup.measurement.probe.sigma.ok_or_else(no_sigma)?;
         let layout = self.layout.kind(&setup);
         let measured = if layout == LayoutKind::Measurement || (setup.has_touches() && frame.is_none()) {
-            Some(setup.solve(&*SolverArgs::default().build(registry, &[])?, None)?.frame)
+            Some(solve(&setup, &*SolverArgs::default().build(registry, &[])?, None)?.frame)
         } else {
             None
         };

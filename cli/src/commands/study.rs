@@ -18,7 +18,7 @@ use crate::{
     failure::Failure,
     layout::{LayoutArgs, LayoutKind},
     output::{Output, progress},
-    setup::{MeasurementArgs, Setup, SolverArgs, ThreadArgs, no_sigma},
+    setup::{MeasurementArgs, Setup, SolverArgs, ThreadArgs, no_sigma, solve},
     text,
 };
 
@@ -166,7 +166,7 @@ impl Args {
                 let problem = setup.problem()?;
                 // A frame of which nobody knows how sure it is needs no looking for.
                 problem.reference_sigma().ok_or_else(no_sigma)?;
-                let frame = setup.solve(solver, None)?.frame;
+                let frame = solve(setup, solver, None)?.frame;
                 StudyLayout::Measured { touches: problem.touches().to_vec(), frame }
             }
         })
@@ -178,7 +178,7 @@ fn failure(error: StudyError, setup: &Setup) -> Failure {
     match error {
         StudyError::NoSigma => no_sigma().into(),
         StudyError::Touches(error) => InputError::from(error).into(),
-        StudyError::Unsuitable(error) => setup.refused(error),
+        StudyError::Unsuitable(error) => setup.refused(error).into(),
         StudyError::Fixture { error, .. } => InputError::new("invalid-input", message)
             .with_key(format!("fixture.{}", error.name))
             .with_help("its stated uncertainty reaches beyond what the fixture can have: state a smaller one")

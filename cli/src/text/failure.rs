@@ -6,6 +6,7 @@ use miette::{Diagnostic, MietteHandler, MietteHandlerOpts, ReportHandler};
 use touchref::{
     SolveError,
     io::refusal::{ConcernedPlacement, ErrorDetails, Findings},
+    locate::Refused,
 };
 
 use super::{
@@ -13,7 +14,7 @@ use super::{
     sheet::{BAD, Sheet},
     solution::{condition, roots},
 };
-use crate::failure::{Failure, Refused, Uncalibrated};
+use crate::failure::{Failure, Uncalibrated};
 
 /// A failure, for standard error.
 pub(crate) fn failure(failure: &Failure, look: Look) -> String {

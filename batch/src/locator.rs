@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, fmt};
 
 use arrow_array::RecordBatch;
-use arrow_schema::{Schema, SchemaRef};
+use arrow_schema::{ArrowError, Schema, SchemaRef};
 use rayon::prelude::*;
 use touchref_core::{Fixture, Frame, Probe, Problem, Solution, SolveError, Solver, Touch, TouchError, Units};
 use touchref_io::InputError;
@@ -18,6 +18,9 @@ use crate::{
 
 /// So many placements are located at once: enough to keep many processors busy, few enough to take little room.
 const TOGETHER: usize = 8192;
+/// So many placements are a piece of work, and a record batch: solutions are large, and kept no longer than until they are
+/// rows.
+const IN_A_PIECE: usize = 256;
 
 /// Finds the frames of many placements of one fixture.
 ///
@@ -58,13 +61,14 @@ impl From<&InputError> for Refusal {
     }
 }
 
-/// Some placements of a file, located.
+/// Some placements of a table, located.
 #[derive(Debug, Clone)]
 pub struct Located {
     /// Their frames.
     pub frames: RecordBatch,
-    /// How many rows of the file were theirs.
+    /// How many rows of the table were theirs.
     pub rows: u64,
+    counts: Counts,
 }
 
 /// How many placements came to what.
@@ -128,28 +132,40 @@ impl<'a> Locator<'a> {
         let schema = self.schema(source.names());
         let mut counts = Counts::default();
         let mut read = chunk(source)?;
-        let mut found: Option<Located> = None;
-        while !read.is_empty() || found.is_some() {
-            let ((outcomes, next), written) = rayon::join(
-                || rayon::join(|| self.outcomes(&read), || chunk(source)),
-                || found.as_ref().map_or(Ok(()), &mut *sink),
+        let mut found = Vec::new();
+        while !read.is_empty() || !found.is_empty() {
+            let ((located, next), written) = rayon::join(
+                || rayon::join(|| self.located(&schema, &read), || chunk(source)),
+                || found.iter().try_for_each(&mut *sink),
             );
             written?;
-            for outcome in &outcomes {
-                *counts.0.entry(frames::status(outcome)).or_default() += 1;
-            }
-            found = None;
-            if !read.is_empty() {
-                let rows = read.iter().map(|placement| placement.rows).sum();
-                found = Some(Located { frames: batch(&schema, &read, &outcomes)?, rows });
+            found = located?;
+            for (status, count) in found.iter().flat_map(|located| &located.counts.0) {
+                *counts.0.entry(status).or_default() += count;
             }
             read = next?;
         }
         Ok(counts)
     }
 
-    fn outcomes(&self, placements: &[Placement]) -> Vec<Result<Solution, Refusal>> {
-        placements.par_iter().map(|placement| self.outcome(placement)).collect()
+    /// Locates placements piece by piece, on the threads of the pool it is called in.
+    fn located(&self, schema: &SchemaRef, placements: &[Placement]) -> Result<Vec<Located>, InputError> {
+        let piece = |placements: &[Placement]| {
+            let outcomes: Vec<_> = placements.iter().map(|placement| self.outcome(placement)).collect();
+            let frames = frames::record_batch(schema, placements, &outcomes).map_err(unbuilt)?;
+            let mut counts = Counts::default();
+            for outcome in &outcomes {
+                *counts.0.entry(frames::status(outcome)).or_default() += 1;
+            }
+            Ok(Located { frames, rows: placements.iter().map(|placement| placement.rows).sum(), counts })
+        };
+        placements.par_chunks(IN_A_PIECE).map(piece).collect()
+    }
+
+    /// As [`located`](Self::located), in one record batch.
+    fn frames(&self, schema: &SchemaRef, placements: &[Placement]) -> Result<RecordBatch, InputError> {
+        let located = self.located(schema, placements)?;
+        joined(schema, located.iter().map(|located| &located.frames))
     }
 
     fn outcome(&self, placement: &Placement) -> Result<Solution, Refusal> {
@@ -196,7 +212,7 @@ impl Stream<'_> {
             complete.push(placement);
         })?;
         self.rows += touches.num_rows() as u64;
-        batch(&self.schema, &complete, &self.locator.outcomes(&complete))
+        self.locator.frames(&self.schema, &complete)
     }
 
     /// The frame of the last placement; no row where there were no touches.
@@ -205,7 +221,7 @@ impl Stream<'_> {
     /// None are known: memory that is too small for the row.
     pub fn finish(mut self) -> Result<RecordBatch, InputError> {
         let last: Vec<Placement> = self.gathering.finish().into_iter().collect();
-        batch(&self.schema, &last, &self.locator.outcomes(&last))
+        self.locator.frames(&self.schema, &last)
     }
 }
 
@@ -221,19 +237,15 @@ fn chunk(source: &mut dyn Source) -> Result<Vec<Placement>, InputError> {
     Ok(placements)
 }
 
-fn batch(
-    schema: &SchemaRef,
-    placements: &[Placement],
-    outcomes: &[Result<Solution, Refusal>],
-) -> Result<RecordBatch, InputError> {
-    frames::record_batch(schema, placements, outcomes)
-        .map_err(|error| InputError::new("invalid-input", error.to_string()))
-}
-
 fn joined<'b>(
     schema: &SchemaRef,
     batches: impl IntoIterator<Item = &'b RecordBatch>,
 ) -> Result<RecordBatch, InputError> {
-    arrow_select::concat::concat_batches(schema, batches)
-        .map_err(|error| InputError::new("invalid-input", error.to_string()))
+    arrow_select::concat::concat_batches(schema, batches).map_err(unbuilt)
+}
+
+/// None is known: memory that is too small for the columns.
+#[allow(clippy::needless_pass_by_value)] // For `map_err`.
+fn unbuilt(error: ArrowError) -> InputError {
+    InputError::new("invalid-input", error.to_string())
 }

@@ -1,0 +1,199 @@
+//! Many placements: how many frames a second `touchref::batch` finds, from Parquet to Parquet, on one thread and on two, and
+//! how much memory it takes for tables of different lengths.
+//!
+//! ```text
+//! cargo bench --features batch --bench batch -- [placements]
+//! ```
+//!
+//! Each run is a process of its own, so that its peak memory is its own. Runs alternate, and of [`ROUNDS`] the fastest
+//! counts: what disturbs a run makes it slower, never faster. Outputs that differ in a byte end the bench.
+
+#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)] // A bench may panic, and prints its figures.
+
+use std::{
+    env,
+    fs::{self, File},
+    path::{Path, PathBuf},
+    process::Command,
+    sync::Arc,
+    time::Instant,
+};
+
+use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
+use rayon::ThreadPoolBuilder;
+use touchref::{
+    Fixture, Parameters, Probe, Touch, Units,
+    analysis::simulation::{generator, random_frame, simulate},
+    batch::{
+        Counts, Locator,
+        table::{self, Form},
+    },
+    io::{Input, InputError},
+};
+
+const SEED: u64 = 20_261_124;
+const SIGMA: f64 = 0.01;
+const PROBE: Probe = Probe { tip_radius: 1.5, tip_radius_u: 0.0, sigma: Some(SIGMA) };
+/// Placements that are simulated and written at once.
+const TOGETHER: u64 = 10_000;
+const ROUNDS: usize = 3;
+/// What stands before the arguments of a process that locates.
+const LOCATE: &str = "locate";
+
+fn main() {
+    // Cargo adds an argument of its own.
+    let arguments: Vec<String> = env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    match &arguments[..] {
+        [mode, touches, frames, threads] if mode == LOCATE => {
+            locate(Path::new(touches), Path::new(frames), threads.parse().unwrap());
+        }
+        [] => compare(1_000_000),
+        [placements] => compare(placements.parse().unwrap()),
+        _ => panic!("expected: [placements]"),
+    }
+}
+
+/// A run: in a table of frames, on so many threads.
+struct Run {
+    placements: u64,
+    threads: usize,
+    seconds: f64,
+    megabytes: Option<f64>,
+}
+
+fn compare(placements: u64) {
+    let folder = env::temp_dir().join(format!("touchref-bench-{}", std::process::id()));
+    fs::create_dir_all(&folder).unwrap();
+    let small = placements / 10;
+    let tables = [small, placements].map(|count| {
+        let path = folder.join(format!("{count}.parquet"));
+        write(&path, count);
+        (count, path)
+    });
+    let mut runs: Vec<Run> = Vec::new();
+    for _ in 0..ROUNDS {
+        for (count, touches) in &tables {
+            let outputs = [1, 2].map(|threads| {
+                let frames = touches.with_extension(format!("{threads}.parquet"));
+                let (seconds, megabytes) = run(touches, &frames, threads);
+                let known = runs.iter_mut().find(|run| run.placements == *count && run.threads == threads);
+                match known {
+                    Some(known) => {
+                        known.seconds = known.seconds.min(seconds);
+                        known.megabytes = known.megabytes.zip(megabytes).map(|(a, b)| a.max(b));
+                    }
+                    None => runs.push(Run { placements: *count, threads, seconds, megabytes }),
+                }
+                fs::read(frames).unwrap()
+            });
+            assert!(outputs[0] == outputs[1], "two threads write other bytes than one");
+        }
+    }
+    fs::remove_dir_all(folder).unwrap();
+    println!(
+        "cylinder-plane, nominal 4 + 3 touches, sigma 10 um, Parquet to Parquet; outputs equal to the byte"
+    );
+    println!("  placements  threads    seconds  placements/s  peak MB");
+    for run in &runs {
+        let Run { placements, threads, seconds, megabytes } = run;
+        let memory = megabytes.map_or_else(|| "-".to_owned(), |megabytes| format!("{megabytes:.0}"));
+        #[allow(clippy::cast_precision_loss)] // Far fewer than 2^53.
+        let rate = *placements as f64 / seconds;
+        println!("  {placements:>10} {threads:>8} {seconds:>10.2} {rate:>13.0} {memory:>8}");
+    }
+    let of = |threads| runs.iter().find(|run| run.placements == placements && run.threads == threads);
+    if let (Some(one), Some(two)) = (of(1), of(2)) {
+        println!("  two threads are {:.2} times as fast as one", one.seconds / two.seconds);
+    }
+}
+
+fn fixture() -> Box<dyn Fixture> {
+    let parameters = Parameters::new().with("radius", 20.0).with("angle_deg", 45.0);
+    touchref::registry().unwrap().fixture("cylinder-plane").unwrap().build(&parameters).unwrap()
+}
+
+/// Writes a table of simulated touches.
+fn write(path: &Path, placements: u64) {
+    let fixture = fixture();
+    let mut batches = (0..placements).step_by(usize::try_from(TOGETHER).unwrap()).map(|first| {
+        let touches: Vec<(u64, Vec<Touch>)> = (first..placements.min(first + TOGETHER))
+            .map(|placement| {
+                let mut rng = generator(SEED, placement);
+                let frame = random_frame(1000.0, &mut rng);
+                (placement, simulate(&*fixture, &fixture.nominal_layout(), &frame, &PROBE, SIGMA, &mut rng))
+            })
+            .collect();
+        record_batch(&*fixture, &touches)
+    });
+    let first = batches.next().expect("a table has placements");
+    let mut sink = table::create(Form::Parquet, &first.schema(), File::create(path).unwrap()).unwrap();
+    sink.write(&first).unwrap();
+    batches.for_each(|batch| sink.write(&batch).unwrap());
+    sink.finish().unwrap();
+}
+
+fn record_batch(fixture: &dyn Fixture, placements: &[(u64, Vec<Touch>)]) -> RecordBatch {
+    let rows = || {
+        placements
+            .iter()
+            .flat_map(|(name, touches)| touches.iter().map(move |touch| (name.cast_signed(), touch)))
+    };
+    let surfaces = fixture.surfaces();
+    let axis = |axis: usize| -> ArrayRef {
+        Arc::new(Float64Array::from_iter_values(rows().map(|(_, touch)| touch.at[axis])))
+    };
+    let names = rows().map(|(_, touch)| &surfaces[touch.surface].name);
+    RecordBatch::try_from_iter([
+        ("placement", Arc::new(Int64Array::from_iter_values(rows().map(|(name, _)| name))) as ArrayRef),
+        ("surface", Arc::new(StringArray::from_iter_values(names))),
+        ("x", axis(0)),
+        ("y", axis(1)),
+        ("z", axis(2)),
+    ])
+    .unwrap()
+}
+
+/// Seconds and peak megabytes of a process that locates.
+fn run(touches: &Path, frames: &Path, threads: usize) -> (f64, Option<f64>) {
+    let program: PathBuf = env::current_exe().unwrap();
+    let output =
+        Command::new(program).arg(LOCATE).args([touches, frames]).arg(threads.to_string()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let words = String::from_utf8(output.stdout).unwrap();
+    let mut numbers = words.split_whitespace().map(|word| word.parse().unwrap());
+    (numbers.next().unwrap(), numbers.next())
+}
+
+/// What the process of its own does: prints its seconds and, where the system tells it, its peak megabytes.
+fn locate(touches: &Path, frames: &Path, threads: usize) {
+    let registry = touchref::registry().unwrap();
+    let solver = registry.solver("least-squares").unwrap().build(&Parameters::new()).unwrap();
+    let fixture = fixture();
+    let locator =
+        Locator { fixture: &*fixture, solver: &*solver, probe: PROBE, units: Units::Millimetre, near: None };
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let start = Instant::now();
+    let input = Input::from(touches.to_owned());
+    let mut source = table::open(&input, Form::Parquet, &*fixture, Units::Millimetre).unwrap();
+    let mut file = File::create(frames).unwrap();
+    let mut sink = table::create(Form::Parquet, &locator.schema(source.names()), &mut file).unwrap();
+    let counts: Result<Counts, InputError> = pool.install(|| {
+        locator.run(&mut *source, &mut |located| {
+            sink.write(&located.frames).unwrap();
+            Ok(())
+        })
+    });
+    let counts = counts.unwrap();
+    sink.finish().unwrap();
+    let seconds = start.elapsed().as_secs_f64();
+    assert!(counts.located() * 100 > counts.placements() * 99, "{counts:?}");
+    println!("{seconds} {}", peak_megabytes().map_or_else(String::new, |megabytes| megabytes.to_string()));
+}
+
+/// The most memory that the process has held, where the system tells it (Linux).
+fn peak_megabytes() -> Option<f64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024.0 / 1e6)
+}

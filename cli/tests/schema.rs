@@ -305,7 +305,7 @@ fn sources() -> String {
         }
     }
     let mut texts = String::new();
-    for package in ["core", "solvers", "io", "batch", "report", "cli"] {
+    for package in ["core", "solvers", "io", "batch", "report", "cli", "bindings/c"] {
         read(PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..").join(package).join("src"), &mut texts);
     }
     texts
@@ -327,6 +327,18 @@ fn the_codes_of_errors_are_those_of_the_sources() {
             let is_code = code.contains('-') && code.chars().all(|c| c.is_ascii_lowercase() || c == '-');
             assert!(!is_code || codes.contains(code), "{call}{code} is not in `refusal::CODES`");
         }
+    }
+}
+
+/// The guide tells what to do about each of them.
+#[test]
+fn the_guide_has_every_code() {
+    let guide = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/integrators.md")).unwrap();
+    let first_cells = guide.lines().filter_map(|line| line.strip_prefix("| `")?.split(" | ").next());
+    let told: BTreeSet<&str> =
+        first_cells.flat_map(|cell| cell.trim_end_matches('`').split("`, `")).collect();
+    for code in touchref::io::refusal::CODES {
+        assert!(told.contains(code), "docs/integrators.md has no row of {code}");
     }
 }
 

@@ -9,12 +9,24 @@ use touchref_core::{
 
 use crate::{
     InputError,
-    tree::Content,
+    source::Source,
+    tree::{self, Content},
     walk::{Field, Table},
 };
 
 /// Where a parameter stands in a file: its name (`surface[2].radius` in a table), its key and its value.
 pub(crate) type Written = (String, Range<usize>, Range<usize>);
+
+/// The parameters in a text that messages call `name`, TOML or a JSON object: what would stand in a measurement file; the
+/// plugin's description checks them later.
+///
+/// # Errors
+/// `invalid-input`: a syntax error, or a value that no parameter takes.
+pub fn read(name: &str, text: &str) -> Result<Parameters, InputError> {
+    let source = Source::new(name, text);
+    let tree = tree::parse(&source)?;
+    from_table(&Table::root(&source, &tree)?, None, "", &mut Vec::new())
+}
 
 /// The parameters in a table, of whatever kinds they are, except the one of the name `without`; the plugin's
 /// description checks them later. Tells in `places` where each stands, its name after `within`.
@@ -122,6 +134,18 @@ pub(crate) fn uncertain(text: &str) -> Option<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn parameters_are_read_from_either_language() {
+        let toml = read("p", "radius = { value = 15.0, u = 0.002 }\nbore = true").unwrap();
+        let json = read("p", r#" {"radius": {"value": 15.0, "u": 0.002}, "bore": true}"#).unwrap();
+        assert_eq!(toml, json);
+        assert_eq!(toml.get("radius"), Some(&Value::Number { value: 15.0, u: 0.002 }));
+        for wrong in ["{", "radius", "{\"radius\": null}", "radius = 1\nradius = 2"] {
+            assert_eq!(read("p", wrong).unwrap_err().code(), "invalid-input", "{wrong}");
+        }
+        assert_eq!(read("p", "").unwrap(), Parameters::new());
+    }
 
     #[test]
     fn arguments_may_carry_an_uncertainty() {

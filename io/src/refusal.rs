@@ -12,8 +12,9 @@ use crate::{
 /// The schema that [`ErrorRecord`] states.
 pub const SCHEMA: &str = "touchref.error/1";
 
-/// Every code there is: first those of sound input that gives no result to trust, then those of wrong input or a wrong call.
-pub const CODES: [&str; 25] = [
+/// Every code there is: first those of sound input that gives no result to trust, then those of wrong input or a wrong call,
+/// and last that of a fault, which bindings tell where a program of Rust would panic.
+pub const CODES: [&str; 26] = [
     "ambiguous",
     "degenerate",
     "dialect-failed",
@@ -39,6 +40,7 @@ pub const CODES: [&str; 25] = [
     "unsupported",
     "unwritable",
     "usage",
+    "internal",
 ];
 
 /// Why there is no frame. Only the details that an error has are written.

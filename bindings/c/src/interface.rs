@@ -2,6 +2,7 @@
 //! its reader sees.
 //!
 //! Each function answers null for any pointer, and none prints. What can fail in more than one way works in [`guarded`].
+#![allow(clippy::doc_markdown)] // In a header the names of C are no code among words.
 #![allow(unsafe_code)] // For `#[unsafe(no_mangle)]`, and for the one array, which `foreign` reads.
 
 use std::{

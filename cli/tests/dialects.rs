@@ -148,3 +148,42 @@ fn everything_listed_can_be_described() {
     let (_, error) = folder.json(&["describe", "kukka"], b"");
     assert_eq!(error["error"]["nearest"], "kuka");
 }
+
+/// The example of Siemens' `MEAFRAME` (SINUMERIK job planning manual): three ideal points and where they were measured.
+///
+/// A point is three planes through it, so that the misfit is the points' squared distances. The expected numbers are those
+/// of W. Kabsch's closed form by a singular value decomposition, made without touchref; what the control's own measure of
+/// quality is made of is not published.
+#[test]
+fn the_points_of_meaframe_are_fitted() {
+    const IDEAL: [[f64; 3]; 3] = [[10.0, 0.0, 0.0], [0.0, 10.0, 0.0], [0.0, 0.0, 10.0]];
+    const MEASURED: [[f64; 3]; 3] = [[10.1, 0.2, -0.2], [-0.2, 10.2, 0.1], [-0.2, 0.2, 9.8]];
+    let (mut surfaces, mut touches) = (String::new(), String::new());
+    for (number, (ideal, measured)) in IDEAL.iter().zip(MEASURED).enumerate() {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let name = format!("{name}{number}");
+            let normal = [0, 1, 2].map(|other| f64::from(u8::from(other == axis)));
+            surfaces += &format!(
+                "[[fixture.surface]]\nname = {name:?}\ntype = \"plane\"\npoint = {ideal:?}\nnormal = {normal:?}\n"
+            );
+            touches += &format!("[[touch]]\nsurface = {name:?}\nat = {measured:?}\n");
+        }
+    }
+    let measurement =
+        format!("units = \"mm\"\n[fixture]\nkind = \"composite\"\n{surfaces}[probe]\nsigma = 0.2\n{touches}");
+    let folder = Folder::new().with("m.toml", &measurement);
+    let (status, result) = folder
+        .json(&["locate", "m.toml", "--dialect", "siemens", "--dialect", "euler:zyx:intrinsic:deg"], b"");
+    assert_eq!(status, 0, "{result}");
+    assert_eq!(
+        result["dialects"]["siemens"],
+        "$P_UIFR[1]=CTRANS(X,-0.0676,Y,0.2353,Z,-0.1667):CROT(X,0.867468,Y,-0.285879,Z,0.268755)"
+    );
+    let found = result["dialects"]["euler:zyx:intrinsic:deg"].as_str().unwrap();
+    let found: Vec<f64> = found.split_whitespace().map(|number| number.parse().unwrap()).collect();
+    let expected = [-0.067_644, 0.235_327, -0.166_673, 0.268_755, -0.285_879, 0.867_468];
+    for (found, expected) in found.iter().zip(expected) {
+        // Half a unit of the expected number's last digit, and the rounding of that.
+        assert!((found - expected).abs() < 0.501e-6, "{found} and {expected}");
+    }
+}

@@ -3,6 +3,8 @@
 
 mod common;
 
+use std::fmt::Write;
+
 use common::{Folder, paper};
 use serde_json::Value;
 
@@ -163,10 +165,9 @@ fn the_points_of_meaframe_are_fitted() {
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             let name = format!("{name}{number}");
             let normal = [0, 1, 2].map(|other| f64::from(u8::from(other == axis)));
-            surfaces += &format!(
-                "[[fixture.surface]]\nname = {name:?}\ntype = \"plane\"\npoint = {ideal:?}\nnormal = {normal:?}\n"
-            );
-            touches += &format!("[[touch]]\nsurface = {name:?}\nat = {measured:?}\n");
+            writeln!(surfaces, "[[fixture.surface]]\nname = {name:?}\ntype = \"plane\"").unwrap();
+            writeln!(surfaces, "point = {ideal:?}\nnormal = {normal:?}").unwrap();
+            writeln!(touches, "[[touch]]\nsurface = {name:?}\nat = {measured:?}").unwrap();
         }
     }
     let measurement =

@@ -15,7 +15,7 @@ use anstream::AutoStream;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use tempfile::NamedTempFile;
-use touchref::io::solution::WarningRecord;
+use touchref::io::{solution::WarningRecord, write::json};
 
 use crate::{
     args::Format,
@@ -126,12 +126,6 @@ impl Output {
         self.notes.extend(notes);
         self
     }
-}
-
-/// A record as the text of its file.
-pub(crate) fn json(record: &impl Serialize) -> String {
-    // Keys are strings and numbers are plain, so that writing to memory cannot fail.
-    serde_json::to_string_pretty(record).unwrap_or_default() + "\n"
 }
 
 /// Prints what a subcommand came to, and returns the exit status.

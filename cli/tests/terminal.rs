@@ -280,11 +280,11 @@ fn on_terminal(folder: &Folder, columns: usize, settings: &[(&str, &str)], call:
     let script = format!("stty rows 50 cols {columns}; {} {call}", binary.display());
     let mut command = Command::new("script");
     command.args(["-qec", &script, "/dev/null"]).current_dir(folder.0.path()).stdin(Stdio::null());
-    command
-        .env_remove("NO_COLOR")
-        .env("TERM", "xterm")
-        .env("LC_ALL", "C.UTF-8")
-        .envs(settings.iter().copied());
+    // What else decides about colours: a machine of continuous integration is taken to have them.
+    for setting in ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE", "FORCE_COLOR", "CI"] {
+        command.env_remove(setting);
+    }
+    command.env("TERM", "xterm").env("LC_ALL", "C.UTF-8").envs(settings.iter().copied());
     told(&command.output().unwrap().stdout)
 }
 

@@ -20,6 +20,17 @@ pub const UNLABELLED: &str = "?";
 /// In the place of a touch's coordinates: that it is still to be made.
 pub const NOT_MEASURED: &str = "?";
 
+/// The unit of this name, where a program and no file states it.
+///
+/// # Errors
+/// `unknown-name`, with the nearest.
+pub fn units_named(name: &str) -> Result<Units, InputError> {
+    Units::from_name(name).ok_or_else(|| {
+        let known = Units::ALL.map(Units::name);
+        InputError::unknown("unknown-name", "unit", name, known.into_iter()).with_key("units")
+    })
+}
+
 /// A measurement as its file (or its arguments) states it, in the file's unit.
 ///
 /// Names are not resolved yet: [`fixture`](Self::fixture) builds the fixture and [`touches`](Self::touches) finds its
@@ -196,6 +207,14 @@ impl Measurement {
     pub fn with_parameter(mut self, name: &str, value: impl Into<Value>) -> Self {
         self.parameters.set(name, value.into());
         self
+    }
+
+    /// Sets each of these parameters, as [`with_parameter`](Self::with_parameter) does.
+    #[must_use]
+    pub fn with_parameters(self, parameters: &Parameters) -> Self {
+        parameters
+            .iter()
+            .fold(self, |measurement, (name, value)| measurement.with_parameter(name, value.clone()))
     }
 
     /// Sets the radius of the probe tip from text, which may carry a standard uncertainty: `1.5`, `1.5+-0.001`.

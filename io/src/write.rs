@@ -1,11 +1,19 @@
-//! Measurement files and touch tables as text.
+//! Measurement files, touch tables and records as text.
 
 use std::{fmt::Write as _, io};
 
 use nalgebra::{Point3, Unit, Vector3};
+use serde::Serialize;
 use touchref_core::{Frame, Noise, Parameters, Probe, Value};
 
 use crate::{TouchRecord, Units, measurement::NOT_MEASURED};
+
+/// A record (a result, an error) as JSON, the way every interface of touchref hands it out.
+#[must_use]
+pub fn json(record: &impl Serialize) -> String {
+    // Keys are strings and numbers are plain, so that writing to memory cannot fail.
+    serde_json::to_string_pretty(record).unwrap_or_default() + "\n"
+}
 
 /// One row of a touch table to write; numbers keep the digits that round-trip.
 #[derive(Debug, Clone, Copy, PartialEq)]

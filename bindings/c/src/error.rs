@@ -9,7 +9,7 @@ use std::{
 
 use touchref::{
     DialectError, RegistryError,
-    io::{ErrorRecord, InputError},
+    io::{ErrorRecord, InputError, write::json},
     locate,
 };
 
@@ -17,7 +17,6 @@ use crate::{
     c_string,
     foreign::null,
     interface::{Status, TOUCHREF_INTERNAL, TOUCHREF_OK},
-    json,
 };
 
 /// Why a call gives no result.

@@ -4,8 +4,8 @@ use std::{ffi::CString, path::Path, sync::LazyLock};
 
 use nalgebra::{Point3, Vector3};
 use touchref::{
-    Noise, Plugin, TouchError, Units, direction,
-    io::{InputError, Measurement, TouchRecord, TouchSource, parameter},
+    Noise, Plugin, TouchError, direction,
+    io::{InputError, Measurement, TouchRecord, TouchSource, measurement::units_named, parameter},
 };
 
 use crate::{
@@ -27,14 +27,8 @@ impl Fixture {
     /// # Errors
     /// `unknown-fixture`, `unknown-name` for the unit, and what is wrong with the parameters.
     pub(crate) fn new(kind: &str, parameters: &str, units: &str) -> Result<Self, InputError> {
-        let units = Units::from_name(units).ok_or_else(|| {
-            let known = Units::ALL.iter().map(|units| units.name());
-            InputError::unknown("unknown-name", "unit", units, known).with_key("units")
-        })?;
-        let parameters = parameter::read("parameters", parameters)?;
-        let measurement = parameters.iter().fold(Measurement::new(kind, units), |all, (name, value)| {
-            all.with_parameter(name, value.clone())
-        });
+        let measurement = Measurement::new(kind, units_named(units)?)
+            .with_parameters(&parameter::read("parameters", parameters)?);
         let fixture = measurement.fixture(&touchref::registry()?)?;
         let surfaces = fixture.surfaces().iter().map(|surface| c_string(&surface.name)).collect();
         Ok(Self { measurement, surfaces })

@@ -14,8 +14,6 @@ mod solution;
 
 use std::ffi::CString;
 
-use serde::Serialize;
-
 pub use error::Error;
 pub use fixture::Fixture;
 pub use foreign::Text;
@@ -25,10 +23,4 @@ pub use solution::{Literal, Solution};
 /// A string for C, which ends at the first zero byte: there is none in what is told but by a file's doing.
 fn c_string(text: &str) -> CString {
     CString::new(text.replace('\0', "?")).unwrap_or_default()
-}
-
-/// A record as the command line prints it.
-fn json(record: &impl Serialize) -> String {
-    // Keys are strings and numbers are plain, so that writing to memory cannot fail.
-    serde_json::to_string_pretty(record).unwrap_or_default() + "\n"
 }

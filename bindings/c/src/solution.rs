@@ -5,7 +5,7 @@ use std::ffi::CString;
 use nalgebra::Point3;
 use touchref::{
     Frame, Solver, Units,
-    io::{FrameRecord, InputError, Measurement, dialect, parameter, solution::DialectNote},
+    io::{FrameRecord, InputError, Measurement, dialect, parameter, solution::DialectNote, write::json},
     locate::{Setup, locating_solver},
 };
 
@@ -13,7 +13,6 @@ use crate::{
     c_string,
     error::Error,
     interface::{self, Covariance, Options, Pose, Root},
-    json,
 };
 
 /// A frame with all that was weighed on the way.
@@ -99,8 +98,7 @@ impl Solution {
     /// # Errors
     /// `unknown-dialect` and the like, and what the dialect cannot tell.
     pub(crate) fn tell(&self, name: &str) -> Result<Literal, Error> {
-        let dialect =
-            dialect::find(&touchref::registry()?, name).map_err(|error| error.with_key("dialect"))?;
+        let dialect = dialect::find(&touchref::registry()?, name)?;
         let literal = touchref::Literal::new(name, &*dialect, &self.solved.frame, self.units, &self.touched)?;
         Ok(Literal { text: c_string(&literal.text), note: c_string(&json(&DialectNote::from(&literal))) })
     }

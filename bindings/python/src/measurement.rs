@@ -8,6 +8,7 @@ use touchref::{
     Noise, Probe, direction,
     io::{
         Input, InputError, Measurement as Measured, TouchRecord, TouchSource,
+        measurement::units_named,
         solution::{FixtureRecord, ProbeRecord},
     },
     locate::{self, Setup, locating_solver},
@@ -61,10 +62,8 @@ impl Measurement {
         sigma: Option<f64>,
         touches: Option<Vec<Given>>,
     ) -> Result<Self, Failure> {
-        let mut measured = Measured::new(kind, values::units(units)?);
-        for (name, value) in values::parameters(parameters)?.iter() {
-            measured = measured.with_parameter(name, value.clone());
-        }
+        let parameters = values::parameters(parameters)?;
+        let mut measured = Measured::new(kind, units_named(units)?).with_parameters(&parameters);
         let (tip_radius, tip_radius_u) = tip_radius;
         measured.probe = Probe { tip_radius, tip_radius_u, sigma };
         if let Some(touches) = touches {

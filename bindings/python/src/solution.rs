@@ -4,11 +4,11 @@ use nalgebra::Point3;
 use pyo3::prelude::*;
 use touchref::{
     Frame, Literal,
-    io::{InputError, SolutionRecord, dialect, solution::DialectNote},
+    io::{InputError, SolutionRecord, dialect, measurement::units_named, solution::DialectNote, write::json},
     report::{Options, Scene, Subject, page, svg},
 };
 
-use crate::{errors::Failure, registry, values};
+use crate::{errors::Failure, registry};
 
 /// A result.
 #[pyclass(frozen, module = "touchref._touchref")]
@@ -20,8 +20,8 @@ pub(crate) struct Solution {
 
 impl Solution {
     fn literal(&self, name: &str) -> Result<Literal, Failure> {
-        let dialect = dialect::find(registry()?, name).map_err(|error| error.with_key("dialect"))?;
-        let units = values::units(&self.record.units)?;
+        let dialect = dialect::find(registry()?, name)?;
+        let units = units_named(&self.record.units)?;
         let touched: Vec<_> =
             self.record.touches.iter().filter_map(|touch| touch.at.map(Point3::from)).collect();
         Ok(Literal::new(name, &*dialect, &self.frame, units, &touched)?)
@@ -46,7 +46,7 @@ impl Solution {
         for name in &dialects {
             record.tell(name, &self.literal(name)?);
         }
-        Ok(serde_json::to_string_pretty(&record).unwrap_or_default() + "\n")
+        Ok(json(&record))
     }
 
     /// The frame in a dialect, and what its numbers mean as JSON.

@@ -1,14 +1,11 @@
-//! Values of Python as parameters of plugins, units and frames.
+//! Values of Python as parameters of plugins and as frames.
 
 use nalgebra::{Matrix4, Point3, UnitQuaternion, Vector3};
 use pyo3::{
     prelude::*,
     types::{PyBool, PyDict, PyString},
 };
-use touchref::{
-    Frame, Parameters, Value,
-    io::{InputError, Units},
-};
+use touchref::{Frame, Parameters, Value, io::InputError};
 
 use crate::errors::Failure;
 
@@ -82,17 +79,6 @@ fn wrong(given: &Bound<'_, PyAny>, name: &str) -> Failure {
             "a number, Uncertain(value, u), a text, True or False, a list of numbers or of texts, or a list of dicts",
         )
         .into()
-}
-
-/// The unit of that name.
-///
-/// # Errors
-/// `unknown-name`, with the nearest.
-pub(crate) fn units(name: &str) -> Result<Units, InputError> {
-    Units::from_name(name).ok_or_else(|| {
-        let known = Units::ALL.map(Units::name);
-        InputError::unknown("unknown-name", "unit", name, known.into_iter()).with_key("units")
-    })
 }
 
 /// A frame of its homogeneous 4x4 matrix, or of seven numbers, `x, y, z, qx, qy, qz, qw`.

@@ -5,7 +5,7 @@ use std::{io, path::PathBuf};
 use anstream::adapter::strip_str;
 use touchref::{
     Problem, Registry, Unknown,
-    io::{CalibrationRecord, InputError, PlacementTouches},
+    io::{CalibrationRecord, InputError, PlacementTouches, write::json},
     solvers::{
         Extra,
         bundle::{BundleError, calibrate},
@@ -15,7 +15,7 @@ use touchref::{
 use crate::{
     args::Format,
     failure::{Failure, Uncalibrated},
-    output::{Output, json, working, write_file},
+    output::{Output, working, write_file},
     setup::{MeasurementArgs, Setup},
     text::{self, Look},
 };

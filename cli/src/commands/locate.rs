@@ -8,6 +8,7 @@ use touchref::{
         InputError, SolutionRecord, dialect,
         history::{self, Entry, History},
         solution::StepRecord,
+        write::json,
     },
     solvers::refinement::Progress,
 };
@@ -15,7 +16,7 @@ use touchref::{
 use crate::{
     args::Format,
     failure::Failure,
-    output::{Output, Verbosity, json, note, verbosity},
+    output::{Output, Verbosity, note, verbosity},
     setup::{FULL_MARGIN, MeasurementArgs, NearArgs, Setup, SolverArgs, solve},
     text,
 };
@@ -54,10 +55,7 @@ pub(crate) struct Args {
 
 impl Args {
     pub(crate) fn run(self, registry: &Registry) -> Result<Output, Failure> {
-        let found = self.dialects.iter().map(|name| match dialect::find(registry, name) {
-            Ok(dialect) => Ok((name, dialect)),
-            Err(error) => Err(error.with_key("dialect")),
-        });
+        let found = self.dialects.iter().map(|name| Ok((name, dialect::find(registry, name)?)));
         let dialects = found.collect::<Result<Vec<_>, InputError>>()?;
         let solver = self.solver.build(registry, &FULL_MARGIN)?;
         let near = self.near.frame()?;

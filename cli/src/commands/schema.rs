@@ -7,6 +7,7 @@ use touchref::{
     Registry,
     io::{
         CalibrationRecord, ErrorRecord, InputError, SolutionRecord, calibration, refusal, schema, solution,
+        write::json,
     },
 };
 
@@ -16,7 +17,7 @@ use super::{
 };
 use crate::{
     failure::Failure,
-    output::{Output, json},
+    output::Output,
     text::{self, Look},
 };
 

@@ -61,6 +61,10 @@ pub static ALL: &[&DialectPlugin] = &[
 /// # Errors
 /// `unknown-dialect`, with the nearest known name; `unknown-key`, `missing-key` or `invalid-input` for its parameters.
 pub fn find(registry: &Registry, text: &str) -> Result<Box<dyn Dialect>, InputError> {
+    build(registry, text).map_err(|error| error.with_key("dialect"))
+}
+
+fn build(registry: &Registry, text: &str) -> Result<Box<dyn Dialect>, InputError> {
     let mut words = text.split(':');
     let plugin = registry.dialect(words.next().unwrap_or_default())?;
     let told = format!("dialect `{}`", plugin.name);

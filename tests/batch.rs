@@ -59,6 +59,7 @@ impl Table {
             probe: self.probe,
             units: Units::Millimetre,
             near: None,
+            fast: false,
         }
     }
 
@@ -214,6 +215,46 @@ fn columns_may_come_in_other_types_and_in_any_order() {
     #[allow(clippy::cast_possible_truncation)] // That is what is tried.
     let coarse: Float32Array = coarse.iter().map(|x| x.map(|x| x as f32)).collect();
     assert_eq!(locator.locate(&with_column(&touches, "x", Arc::new(coarse))).unwrap().num_rows(), PLACEMENTS);
+}
+
+/// Fast, every placement has the status that it has alone, and numbers that differ by less than is promised; on any number
+/// of threads the same.
+#[test]
+fn fast_frames_are_those_of_the_solver() {
+    /// Of the frame's length in parts of its standard deviation, and of what is told of it in parts.
+    const SAME: f64 = 1e-6;
+    let table = Table::new();
+    let touches = table.batch();
+    let whole = table.locator().locate(&touches).unwrap();
+    let fast = Locator { fast: true, ..table.locator() };
+    let threads = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| fast.locate(&touches).unwrap())
+    };
+    let frames = threads(1);
+    assert_eq!(frames, threads(3));
+    assert_ne!(frames, whole, "none was located fast");
+    for name in ["placement", "status", "degrees_of_freedom", "warnings", "message"] {
+        assert_eq!(frames.column_by_name(name), whole.column_by_name(name), "{name}");
+    }
+    for (sd, names) in [("cov_x_x", ["x"]), ("cov_y_y", ["y"]), ("cov_z_z", ["z"])] {
+        for placement in 0..PLACEMENTS {
+            let Some(variance) = number(&whole, sd, placement) else { continue };
+            let of = |frames| number(frames, names[0], placement).unwrap();
+            assert!((of(&whole) - of(&frames)).abs() < SAME * variance.sqrt(), "{names:?} of {placement}");
+        }
+    }
+    for name in ["chi_square", "p_value", "condition", "cov_x_x", "cov_ry_ry", "qx", "qw"] {
+        for placement in 0..PLACEMENTS {
+            let (a, b) = (number(&whole, name, placement), number(&frames, name, placement));
+            let same = a == b || a.zip(b).is_some_and(|(a, b)| (a - b).abs() < SAME * a.abs().max(1e-3));
+            assert!(same, "{name} of {placement}: {a:?} {b:?}");
+        }
+    }
+    // Where a frame is expected, the solver decides.
+    let near = whole.column_by_name("x").map(|_| touchref::Frame::parallel_at(nalgebra::Point3::origin()));
+    let (near, fast) = (Locator { near, ..table.locator() }, Locator { near, ..fast });
+    assert_eq!(near.locate(&touches).unwrap(), fast.locate(&touches).unwrap());
 }
 
 /// What is wrong with a touch concerns its placement, and no other.

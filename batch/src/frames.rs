@@ -7,7 +7,8 @@ use arrow_array::{
     builder::{Float64Builder, Int64Builder, StringBuilder},
 };
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
-use touchref_core::{Solution, Units};
+use nalgebra::Matrix6;
+use touchref_core::{Certain, Frame, Solution, Units, statistics::chi_square_p_value};
 
 use crate::{
     NameType, Refusal,
@@ -22,6 +23,51 @@ pub const OK: &str = "ok";
 const POSE: [&str; 7] = ["x", "y", "z", "qx", "qy", "qz", "qw"];
 /// Rows and columns of a frame's covariance, along the parent's axes, about the fixture's origin; radians.
 const COVARIANCE: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+
+/// What a table tells of a frame.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Row {
+    frame: Frame,
+    chi_square: Option<f64>,
+    degrees_of_freedom: usize,
+    p_value: Option<f64>,
+    condition: f64,
+    covariance: Option<Matrix6<f64>>,
+    warnings: Option<String>,
+}
+
+impl From<Solution> for Row {
+    fn from(solution: Solution) -> Self {
+        let codes: Vec<&str> = solution.warnings.iter().map(|warning| warning.code).collect();
+        Self {
+            frame: solution.frame,
+            chi_square: solution.chi_square,
+            degrees_of_freedom: solution.degrees_of_freedom,
+            p_value: solution.p_value,
+            condition: solution.observability.condition,
+            covariance: solution.covariance.map(|covariance| covariance.matrix),
+            warnings: joined(&codes),
+        }
+    }
+}
+
+impl From<&Certain> for Row {
+    fn from(certain: &Certain) -> Self {
+        Self {
+            frame: certain.frame,
+            chi_square: Some(certain.chi_square),
+            degrees_of_freedom: certain.degrees_of_freedom,
+            p_value: chi_square_p_value(certain.chi_square, certain.degrees_of_freedom),
+            condition: certain.condition,
+            covariance: Some(certain.covariance),
+            warnings: joined(certain.warnings),
+        }
+    }
+}
+
+fn joined(codes: &[&str]) -> Option<String> {
+    (!codes.is_empty()).then(|| codes.join(" "))
+}
 
 /// The upper triangle of the covariance, row by row.
 fn upper_triangle() -> impl Iterator<Item = (usize, usize)> {
@@ -51,47 +97,43 @@ pub(crate) fn schema(names: NameType, units: Units) -> SchemaRef {
 pub(crate) fn record_batch(
     schema: &SchemaRef,
     placements: &[Placement],
-    outcomes: &[Result<Solution, Refusal>],
+    outcomes: &[Result<Row, Refusal>],
 ) -> Result<RecordBatch, ArrowError> {
-    let solved = || outcomes.iter().map(|outcome| outcome.as_ref().ok());
-    let number = |value: &dyn Fn(&Solution) -> Option<f64>| -> ArrayRef {
+    let rows = || outcomes.iter().map(|outcome| outcome.as_ref().ok());
+    let number = |value: &dyn Fn(&Row) -> Option<f64>| -> ArrayRef {
         let mut column = Float64Builder::with_capacity(outcomes.len());
-        for solution in solved() {
+        for row in rows() {
             // What does not exist is null, never invented.
-            column.append_option(solution.and_then(value).filter(|value| value.is_finite()));
+            column.append_option(row.and_then(value).filter(|value| value.is_finite()));
         }
         Arc::new(column.finish())
     };
     let mut columns =
         vec![names(placements, schema), texts(outcomes, |outcome| Some(status(outcome).to_owned()))];
     for axis in 0..3 {
-        columns.push(number(&|solution| Some(solution.frame.origin[axis])));
+        columns.push(number(&|row| Some(row.frame.origin[axis])));
     }
     for part in 0..4 {
-        columns.push(number(&|solution| Some(solution.frame.quaternion_xyzw()[part])));
+        columns.push(number(&|row| Some(row.frame.quaternion_xyzw()[part])));
     }
-    columns.push(number(&|solution| solution.chi_square));
+    columns.push(number(&|row| row.chi_square));
     let mut degrees = Int64Builder::with_capacity(outcomes.len());
-    for solution in solved() {
-        degrees.append_option(solution.and_then(|solution| i64::try_from(solution.degrees_of_freedom).ok()));
+    for row in rows() {
+        degrees.append_option(row.and_then(|row| i64::try_from(row.degrees_of_freedom).ok()));
     }
     columns.push(Arc::new(degrees.finish()));
-    columns.push(number(&|solution| solution.p_value));
-    columns.push(number(&|solution| Some(solution.observability.condition)));
+    columns.push(number(&|row| row.p_value));
+    columns.push(number(&|row| Some(row.condition)));
     for (row, column) in upper_triangle() {
-        columns.push(number(&|solution| Some(solution.covariance.as_ref()?.matrix[(row, column)])));
+        columns.push(number(&|found| Some(found.covariance?[(row, column)])));
     }
-    columns.push(texts(outcomes, |outcome| {
-        let warnings = &outcome.as_ref().ok()?.warnings;
-        let codes: Vec<&str> = warnings.iter().map(|warning| warning.code).collect();
-        (!codes.is_empty()).then(|| codes.join(" "))
-    }));
+    columns.push(texts(outcomes, |outcome| outcome.as_ref().ok()?.warnings.clone()));
     columns.push(texts(outcomes, |outcome| outcome.as_ref().err().map(|refusal| refusal.message.clone())));
     RecordBatch::try_new(Arc::clone(schema), columns)
 }
 
 /// `ok`, or the code of the refusal.
-pub(crate) fn status(outcome: &Result<Solution, Refusal>) -> &'static str {
+pub(crate) fn status(outcome: &Result<Row, Refusal>) -> &'static str {
     outcome.as_ref().map_or_else(|refusal| refusal.code, |_| OK)
 }
 
@@ -114,8 +156,8 @@ fn names(placements: &[Placement], schema: &SchemaRef) -> ArrayRef {
 }
 
 fn texts(
-    outcomes: &[Result<Solution, Refusal>],
-    text: impl Fn(&Result<Solution, Refusal>) -> Option<String>,
+    outcomes: &[Result<Row, Refusal>],
+    text: impl Fn(&Result<Row, Refusal>) -> Option<String>,
 ) -> ArrayRef {
     let mut column = StringBuilder::new();
     for outcome in outcomes {

@@ -4,14 +4,17 @@ use std::{collections::BTreeMap, fmt};
 
 use arrow_array::RecordBatch;
 use arrow_schema::{ArrowError, Schema, SchemaRef};
+use nalgebra::Point3;
 use rayon::prelude::*;
-use touchref_core::{Fixture, Frame, Probe, Problem, Solution, SolveError, Solver, Touch, TouchError, Units};
+use touchref_core::{
+    Fixture, Frame, Noise, Probe, Problem, SolveError, Solver, Together, Touch, TouchError, Units,
+};
 use touchref_io::InputError;
 
 use crate::{
     NameType, columns,
     columns::Rows,
-    frames,
+    frames::{self, Row},
     placement::{Gathering, Placement},
     source::Source,
 };
@@ -24,7 +27,9 @@ const IN_A_PIECE: usize = 256;
 
 /// Finds the frames of many placements of one fixture.
 ///
-/// Each frame is, bit for bit, the one that the solver gives for that placement alone, whatever the number of threads.
+/// Each frame is, bit for bit, the one that the solver gives for that placement alone, whatever the number of threads; with
+/// `fast`, the same to a millionth of its standard deviations, and bit for bit the same whatever the number of threads and the
+/// placements beside it.
 /// Touches and frames are in `units`; a placement without a frame is a row with the code of its refusal as status.
 #[derive(Debug, Clone, Copy)]
 pub struct Locator<'a> {
@@ -38,6 +43,9 @@ pub struct Locator<'a> {
     pub units: Units,
     /// The frame near which every placement is expected, if there is one.
     pub near: Option<Frame>,
+    /// Whether placements of which it is cheaply certain what the solver would find are located
+    /// [together](touchref_core::Together), where fixture and solver can.
+    pub fast: bool,
 }
 
 /// Why a placement has no frame.
@@ -150,8 +158,9 @@ impl<'a> Locator<'a> {
 
     /// Locates placements piece by piece, on the threads of the pool it is called in.
     fn located(&self, schema: &SchemaRef, placements: &[Placement]) -> Result<Vec<Located>, InputError> {
+        let together = self.together();
         let piece = |placements: &[Placement]| {
-            let outcomes: Vec<_> = placements.iter().map(|placement| self.outcome(placement)).collect();
+            let outcomes = self.outcomes(together.as_deref(), placements);
             let frames = frames::record_batch(schema, placements, &outcomes).map_err(unbuilt)?;
             let mut counts = Counts::default();
             for outcome in &outcomes {
@@ -168,15 +177,63 @@ impl<'a> Locator<'a> {
         joined(schema, located.iter().map(|located| &located.frames))
     }
 
-    fn outcome(&self, placement: &Placement) -> Result<Solution, Refusal> {
+    /// The way to many frames at once, if it is wanted and there is one.
+    fn together(&self) -> Option<Box<dyn Together>> {
+        let wanted = self.fast && self.near.is_none();
+        let rule = self.solver.rule().filter(|_| wanted)?;
+        self.fixture.together(&self.probe, &rule)
+    }
+
+    fn outcomes(
+        &self,
+        together: Option<&dyn Together>,
+        placements: &[Placement],
+    ) -> Vec<Result<Row, Refusal>> {
+        let mut certain: Vec<Option<Row>> = vec![None; placements.len()];
+        if let Some(together) = together {
+            let (mut touches, mut owners) = (Vec::new(), Vec::new());
+            for (index, placement) in placements.iter().enumerate() {
+                if gather_plain(placement, together.counts(), &mut touches) {
+                    owners.push(index);
+                }
+            }
+            together.locate(&touches, &mut |index, found| certain[owners[index]] = Some(found.into()));
+        }
+        let outcome = |(certain, placement)| match certain {
+            Some(row) => Ok(row),
+            None => self.outcome(placement),
+        };
+        certain.into_iter().zip(placements).map(outcome).collect()
+    }
+
+    fn outcome(&self, placement: &Placement) -> Result<Row, Refusal> {
         let touches: &[Touch] = placement.touches.as_ref()?;
         let problem = Problem::new(self.fixture, touches, self.probe).map_err(|error: TouchError| {
             let error = InputError::from(error);
             Refusal::from(&error)
         })?;
         let problem = self.near.map_or(problem, |frame| problem.near(frame));
-        Ok(self.solver.solve(&problem)?)
+        Ok(self.solver.solve(&problem)?.into())
     }
+}
+
+/// Appends the tip centres of a placement, surface by surface, if it has just these counts and nothing but them.
+fn gather_plain(placement: &Placement, counts: &[usize], to: &mut Vec<Point3<f64>>) -> bool {
+    let Ok(touches) = &placement.touches else { return false };
+    let plain = |touch: &Touch| touch.approach.is_none() && touch.noise == Noise::OfProbe;
+    if touches.len() != counts.iter().sum::<usize>() || !touches.iter().all(plain) {
+        return false;
+    }
+    let before = to.len();
+    for (surface, count) in counts.iter().enumerate() {
+        let first = to.len();
+        to.extend(touches.iter().filter(|touch| touch.surface == surface).map(|touch| touch.at));
+        if to.len() - first != *count {
+            to.truncate(before);
+            return false;
+        }
+    }
+    true
 }
 
 /// Placements that are located as their touches come.

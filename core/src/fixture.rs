@@ -5,7 +5,7 @@ use std::{borrow::Cow, fmt};
 use nalgebra::Point3;
 
 use crate::{
-    Frame, Freedom, Problem, Shape, SolveError, Surface, Touch, TouchError,
+    Frame, Freedom, Probe, Problem, Rule, Shape, SolveError, Surface, Together, Touch, TouchError,
     parameters::{Parameters, nearest},
 };
 
@@ -71,6 +71,12 @@ pub trait Fixture: fmt::Debug + Send + Sync {
 
     /// The closed form, for a fixture that has one.
     fn closed_form(&self) -> Option<&dyn ClosedForm> {
+        None
+    }
+
+    /// A way to the frames of many measurements at once, each with this probe and judged by this rule, for a fixture that
+    /// has one.
+    fn together(&self, _probe: &Probe, _rule: &Rule) -> Option<Box<dyn Together>> {
         None
     }
 

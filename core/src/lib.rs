@@ -17,6 +17,7 @@ pub mod registry;
 pub mod solver;
 pub mod statistics;
 pub mod surface;
+pub mod together;
 pub mod touch;
 pub mod units;
 pub mod unknown;
@@ -40,6 +41,7 @@ pub use solver::{
     SearchReport, SecondMinimum, SigmaSource, Solution, Solver, Trust, Warning,
 };
 pub use surface::{Extent, Proximity, Shape, Surface};
+pub use together::{Certain, Rule, Together};
 pub use touch::{Noise, Probe, Touch};
 pub use units::Units;
 pub use unknown::{Stated, Unknown};

@@ -5,7 +5,7 @@ use std::{borrow::Cow, fmt};
 use nalgebra::{Matrix6, Point3, Vector3};
 
 use crate::{
-    Fixture, Frame, Freedom, Noise, Observability, Probe, Proximity, Shape, SolveError, Surface, Touch,
+    Fixture, Frame, Freedom, Noise, Observability, Probe, Proximity, Rule, Shape, SolveError, Surface, Touch,
     TouchError, fixture::touches_per_surface,
 };
 
@@ -20,6 +20,11 @@ pub trait Solver: fmt::Debug + Send + Sync {
     /// A [`SolveError`]: too few touches, a degenerate layout, no frame or several within the noise, or an
     /// uncertainty that would not be true.
     fn solve(&self, problem: &Problem<'_>) -> Result<Solution, SolveError>;
+
+    /// The rule by which it accepts frames, for a solver whose frames may be found [many at once](crate::Together).
+    fn rule(&self) -> Option<Rule> {
+        None
+    }
 }
 
 const _: Option<&dyn Solver> = None;

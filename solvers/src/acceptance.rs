@@ -7,7 +7,7 @@
 use nalgebra::{Matrix6, Vector6};
 use touchref_core::{
     ClosedForm, Covariance, Fixture, Frame, Freedom, Limit, MinimumReport, Observability, ParameterKind,
-    ParameterSpec, Parameters, Problem, Refusal, Residual, RootReport, SearchReport, SecondMinimum,
+    ParameterSpec, Parameters, Problem, Refusal, Residual, RootReport, Rule, SearchReport, SecondMinimum,
     SigmaSource, Solution, SolveError, Trust, Twist, Warning,
     error::Degenerate,
     observability::weakest_motion,
@@ -44,6 +44,9 @@ pub(crate) const FREE: f64 = 0.05;
 const WEAK: f64 = 100.0;
 /// Touches nearer together than this part of the fixture's size may be in another unit, where nothing else tells.
 const CLOSE: f64 = 0.1;
+/// Degrees of freedom from which on a bad touch can be told, and the code of the warning where there are fewer.
+const REDUNDANT: usize = 3;
+const LOW_REDUNDANCY: &str = "low-redundancy";
 /// An expected frame decides between two when it is this many times nearer to one.
 const NEARER: f64 = 2.0;
 
@@ -61,6 +64,20 @@ pub enum Margin {
 const NEAR: f64 = 1.1;
 /// The farthest that a full margin reaches, in stated sigmas: noise that no probe of the stated sigma has.
 const FULL: f64 = 1000.0;
+
+/// The rule, for frames that are found many at once: other frames are looked for to the near margin.
+pub(crate) fn rule() -> Rule {
+    Rule {
+        noise: NEAR,
+        consistent: |degrees_of_freedom| INCONSISTENT.value(degrees_of_freedom),
+        curvature: CURVATURE,
+        reach: REACH,
+        rise: 1.0 - RISE[0],
+        warnings: |degrees_of_freedom| {
+            if degrees_of_freedom < REDUNDANT { &[LOW_REDUNDANCY] } else { &[] }
+        },
+    }
+}
 
 impl Margin {
     /// The parameter that both solvers have.
@@ -850,11 +867,11 @@ impl Account<'_, '_> {
         }
         match degrees {
             0 => warn(
-                "low-redundancy",
+                LOW_REDUNDANCY,
                 format!("{} touches are no more than unknowns: a bad touch cannot be noticed", touches.len()),
             ),
-            1 | 2 => warn(
-                "low-redundancy",
+            1..REDUNDANT => warn(
+                LOW_REDUNDANCY,
                 format!(
                     "{} touches are {degrees} more than unknowns: a bad touch may be noticed, but never told which",
                     touches.len()

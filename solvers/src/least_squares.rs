@@ -11,7 +11,7 @@
 use std::borrow::Cow;
 
 use touchref_core::{
-    Adjustment, Frame, Measure, ParameterError, Parameters, Problem, Root, RootKind, RootReport, Solution,
+    Adjustment, Frame, Measure, ParameterError, Parameters, Problem, Root, RootKind, RootReport, Rule, Solution,
     SolveError, Solver, SolverPlugin,
 };
 
@@ -61,6 +61,10 @@ impl Solver for LeastSquares {
 
     fn solve(&self, problem: &Problem<'_>) -> Result<Solution, SolveError> {
         solve(PLUGIN.name, problem, Search::Fixture, self.margin)
+    }
+
+    fn rule(&self) -> Option<Rule> {
+        (self.margin == Margin::Near).then(acceptance::rule)
     }
 }
 

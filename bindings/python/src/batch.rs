@@ -106,6 +106,7 @@ struct Work {
     solver: &'static SolverPlugin,
     parameters: Parameters,
     near: Option<Frame>,
+    fast: bool,
     threads: usize,
 }
 
@@ -125,6 +126,7 @@ impl Stream {
         solver: Option<&str>,
         parameters: &Bound<'_, PyDict>,
         near: Option<Vec<f64>>,
+        fast: bool,
         threads: usize,
     ) -> Result<Self, Failure> {
         let solver = solver_plugin(registry()?, solver)?;
@@ -136,7 +138,7 @@ impl Stream {
         }
         let near = near.map(|numbers| values::frame(&numbers)).transpose()?;
         let measured = measurement.measured.clone();
-        Ok(Self { work: Work { measured, solver, parameters, near, threads }, at_work: None, ended: false })
+        Ok(Self { work: Work { measured, solver, parameters, near, fast, threads }, at_work: None, ended: false })
     }
 
     /// Takes more touches, and returns the frames of the placements that are complete.
@@ -203,13 +205,16 @@ impl Work {
         let pool = ThreadPoolBuilder::new().num_threads(self.threads).build().map_err(|error| {
             InputError::new("invalid-input", format!("cannot start the threads: {error}")).with_key("threads")
         })?;
-        let schema = locator(&setup, &*solver, self.near).stream(columns)?.schema();
+        let (near, fast) = (self.near, self.fast);
+        let schema = locator(&setup, &*solver, near, fast).stream(columns)?.schema();
         let (touches, to_be_located) = channel::<Touches>();
         let (answer, answers) = channel();
         let of_touches = SchemaRef::clone(columns);
         thread::spawn(move || {
             pool.install(move || {
-                let Ok(mut stream) = locator(&setup, &*solver, self.near).stream(&of_touches) else { return };
+                let Ok(mut stream) = locator(&setup, &*solver, near, fast).stream(&of_touches) else {
+                    return;
+                };
                 // Nobody receives, or sends, once the stream is dropped.
                 while let Ok(touches) = to_be_located.recv() {
                     let Some(touches) = touches else {
@@ -226,9 +231,9 @@ impl Work {
     }
 }
 
-fn locator<'a>(setup: &'a Setup, solver: &'a dyn Solver, near: Option<Frame>) -> Locator<'a> {
+fn locator<'a>(setup: &'a Setup, solver: &'a dyn Solver, near: Option<Frame>, fast: bool) -> Locator<'a> {
     let measured = &setup.measurement;
-    Locator { fixture: &*setup.fixture, solver, probe: measured.probe, units: measured.units, near }
+    Locator { fixture: &*setup.fixture, solver, probe: measured.probe, units: measured.units, near, fast }
 }
 
 impl AtWork {

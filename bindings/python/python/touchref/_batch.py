@@ -28,6 +28,7 @@ def batch(
     units: str = "mm",
     solver: Union[None, str, Solver] = None,
     near: Optional[Near] = None,
+    fast: bool = False,
     threads: Optional[int] = None,
 ) -> _touchref.Frames:
     """The frames of many placements, as ``touchref batch`` finds them: one row a placement, in the table's order.
@@ -39,6 +40,9 @@ def batch(
     What is returned has ``__arrow_c_stream__``: ``pyarrow.table(frames)``, ``polars.DataFrame(frames)`` and
     ``pandas.DataFrame.from_arrow(frames)`` take it without a copy. A placement without a frame is a row with the code of
     its refusal as ``status`` and no numbers.
+
+    ``fast`` locates plain placements many at once, in the vectors of the processor: the same frames to a millionth of their
+    standard deviations, not to the bit.
     """
     parts = batches(
         [touches],
@@ -48,6 +52,7 @@ def batch(
         units=units,
         solver=solver,
         near=near,
+        fast=fast,
         threads=threads,
     )
     return _touchref.Frames.joined(list(parts))
@@ -62,6 +67,7 @@ def batches(
     units: str = "mm",
     solver: Union[None, str, Solver] = None,
     near: Optional[Near] = None,
+    fast: bool = False,
     threads: Optional[int] = None,
 ) -> Iterator[_touchref.Frames]:
     """The same for a table that comes in parts, as its frames are found; a placement may begin in one part and end in the
@@ -77,7 +83,7 @@ def batches(
         native = prototype(fixture, tip_radius, stated, units, None)
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
         raise invalid(f"threads is {threads!r}; expected a number from 1", "threads")
-    stream = _touchref.Stream(native, *of_solver(solver), of_near(near), threads or 0)
+    stream = _touchref.Stream(native, *of_solver(solver), of_near(near), bool(fast), threads or 0)
     return _located(stream, touches)
 
 

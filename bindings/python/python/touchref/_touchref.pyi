@@ -52,6 +52,7 @@ class Stream:
         solver: Optional[str],
         parameters: dict[str, Any],
         near: Optional[list[float]],
+        fast: bool,
         threads: int,
     ) -> Stream: ...
     def add(self, touches: object) -> Frames: ...

@@ -31,7 +31,7 @@ ZERO = mp.mpf("1e-40")
 DISTURBED = [0] + [mp.mpf(10) ** -k for k in range(1, 14)]
 
 # Of a touch, mm: above the rounding of touches a metre away, and so little that a second frame fits by no chance.
-SIGMA = 1e-7
+SIGMA = 1e-10
 
 random.seed(SEED)
 

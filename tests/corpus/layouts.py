@@ -20,6 +20,7 @@ import json
 import random
 
 import mpmath as mp
+import numpy
 
 mp.mp.dps = 60
 SEED = 20261125
@@ -30,8 +31,16 @@ ZERO = mp.mpf("1e-40")
 # How far a degenerate layout is disturbed, in parts of the fixture's size or radians; 0 is not at all.
 DISTURBED = [0] + [mp.mpf(10) ** -k for k in range(1, 14)]
 
+# Below this condition a layout determines the frame.
+SOUND = mp.mpf("1e4")
 # Of a touch, mm: above the rounding of touches a metre away, and so little that a second frame fits by no chance.
 SIGMA = 1e-10
+# A second frame of this misfit, in standard deviations, is told: far more than any level, so that what lies between is
+# known to be near it.
+DOUBTFUL = 1e3
+# Descents in search of it, and steps of each.
+STARTS = 256
+STEPS = 100
 
 random.seed(SEED)
 
@@ -56,48 +65,88 @@ def gauss():
     return mp.mpf(random.gauss(0, 1))
 
 
-# Surfaces: from two coordinates of a place on it to the point and the outward normal there, in fixture coordinates.
+# Surfaces: `at` tells, from two coordinates of a place, the point and the outward normal there; `exactly` the signed
+# distance of a point and the normal toward it; `many` the same of an array of points in double precision. All in fixture
+# coordinates.
 
 
-def cylinder(radius):
-    def at(turn, height):
+class Cylinder:
+    """About the z axis."""
+
+    def __init__(self, radius):
+        self.radius = mp.mpf(radius)
+
+    def at(self, turn, height):
         normal = vector(mp.cos(turn), mp.sin(turn), 0)
-        return normal * radius + vector(0, 0, height * radius), normal
+        return normal * self.radius + vector(0, 0, height * self.radius), normal
 
-    return at
+    def exactly(self, point):
+        distance = mp.sqrt(point[0] ** 2 + point[1] ** 2)
+        return distance - self.radius, vector(point[0], point[1], 0) / distance
+
+    def many(self, points):
+        across = points * [1, 1, 0]
+        distances = numpy.linalg.norm(across, axis=1)
+        return distances - float(self.radius), across / distances[:, None]
+
+    def told(self):
+        return {"cylinder": float(self.radius)}
 
 
-def plane(point, normal, size):
-    normal = unit(normal)
-    aside = unit(cross(normal, vector(0, 0, 1) if abs(normal[2]) < 0.9 else vector(1, 0, 0)))
-    other = cross(normal, aside)
+class Plane:
+    def __init__(self, point, normal, size):
+        """Places in parts of `size`."""
+        self.point, self.normal, self.size = point, unit(normal), mp.mpf(size)
+        self.aside = unit(cross(self.normal, vector(0, 0, 1) if abs(self.normal[2]) < 0.9 else vector(1, 0, 0)))
 
-    def at(a, b):
-        return point + (aside * a + other * b) * size, normal
+    def at(self, a, b):
+        other = cross(self.normal, self.aside)
+        return self.point + (self.aside * a + other * b) * self.size, self.normal
 
-    return at
+    def exactly(self, point):
+        return dot(self.normal, point - self.point), self.normal
+
+    def many(self, points):
+        point, normal = (numpy.array([float(x) for x in v]) for v in (self.point, self.normal))
+        return (points - point) @ normal, numpy.broadcast_to(normal, points.shape)
+
+    def told(self):
+        return {"plane": [[float(x) for x in self.point], [float(x) for x in self.normal]]}
 
 
-def sphere(center, radius):
-    """By longitude and latitude."""
+class Sphere:
+    def __init__(self, center, radius):
+        self.center, self.radius = center, mp.mpf(radius)
 
-    def at(turn, up):
+    def at(self, turn, up):
+        """By longitude and latitude."""
         normal = vector(mp.cos(up) * mp.cos(turn), mp.cos(up) * mp.sin(turn), mp.sin(up))
-        return center + normal * radius, normal
+        return self.center + normal * self.radius, normal
 
-    return at
+    def exactly(self, point):
+        away = point - self.center
+        return mp.norm(away) - self.radius, unit(away)
+
+    def many(self, points):
+        away = points - numpy.array([float(x) for x in self.center])
+        distances = numpy.linalg.norm(away, axis=1)
+        return distances - float(self.radius), away / distances[:, None]
+
+    def told(self):
+        return {"sphere": [[float(x) for x in self.center], float(self.radius)]}
 
 
-def face(axis, edge):
+class Face(Plane):
     """A face `+axis` of a cube whose corner is the origin and which lies behind it; places in parts of the edge."""
 
-    def at(a, b):
-        point, normal = vector(0, 0, 0), vector(0, 0, 0)
-        point[(axis + 1) % 3], point[(axis + 2) % 3] = -a * edge, -b * edge
-        normal[axis] = 1
-        return point, normal
+    def __init__(self, axis, edge):
+        self.axis = axis
+        super().__init__(vector(0, 0, 0), vector(*(1 if k == axis else 0 for k in range(3))), edge)
 
-    return at
+    def at(self, a, b):
+        point = vector(0, 0, 0)
+        point[(self.axis + 1) % 3], point[(self.axis + 2) % 3] = -a * self.size, -b * self.size
+        return point, self.normal
 
 
 def rad(degrees):
@@ -118,32 +167,58 @@ def on_ball(surface, *coordinates):
     return [(surface, rad(a), rad(b)) for a, b in coordinates]
 
 
+# Part of its size by which a fixture's surface may be touched beyond its end.
+EDGE = mp.mpf("0.02")
+
+
 class Fixture:
-    def __init__(self, kind, parameters, size, surfaces, disturbance=1):
+    def __init__(self, kind, parameters, size, surfaces, may_stand, disturbance=1):
         self.kind, self.parameters, self.size, self.surfaces = kind, parameters, mp.mpf(size), surfaces
+        # Whether the fixture's documented rule of where touches lie allows them at these places.
+        self.may_stand = may_stand
         # Of the coordinates of a place, for a disturbance of one.
         self.disturbance = mp.mpf(disturbance)
+
+    def told(self):
+        surfaces = {name: surface.told() for name, surface in self.surfaces.items()}
+        measured = {"kind": self.kind, **self.parameters}
+        return {"measured": measured, "size": float(self.size), "surfaces": surfaces}
 
 
 def cylinder_plane(radius, angle):
     normal = vector(-mp.sin(rad(angle)), 0, mp.cos(rad(angle)))
-    surfaces = {"cylinder": cylinder(mp.mpf(radius)), "plane": plane(vector(0, 0, 0), normal, mp.mpf(radius))}
-    return Fixture("cylinder-plane", {"radius": radius, "angle_deg": angle}, radius, surfaces)
+    surfaces = {"cylinder": Cylinder(radius), "plane": Plane(vector(0, 0, 0), normal, radius)}
+
+    def behind(names, points):
+        """The mean of the cylinder's touches lies behind the plane."""
+        return sum(dot(normal, point) for name, point in zip(names, points) if name == "cylinder") <= 0
+
+    return Fixture("cylinder-plane", {"radius": radius, "angle_deg": angle}, radius, surfaces, behind)
 
 
 def three_sphere(radius, ab, bc, ca):
     """`a` at the origin, `b` on the x axis, `c` on the side of positive y."""
     x = mp.mpf(ab * ab + ca * ca - bc * bc) / (2 * ab)
     centers = [vector(0, 0, 0), vector(ab, 0, 0), vector(x, mp.sqrt(ca * ca - x * x), 0)]
-    surfaces = {name: sphere(center, mp.mpf(radius)) for name, center in zip("abc", centers)}
+    surfaces = {name: Sphere(center, radius) for name, center in zip("abc", centers)}
     parameters = {"radius": radius, "ab": ab, "bc": bc, "ca": ca}
-    return Fixture("three-sphere", parameters, mp.mpf(ab + bc + ca) / 3, surfaces), centers
+    return Fixture("three-sphere", parameters, mp.mpf(ab + bc + ca) / 3, surfaces, lambda *_: True), centers
 
 
 def cube(edge):
-    surfaces = {f"+{name}": face(axis, mp.mpf(edge)) for axis, name in enumerate("xyz")}
+    surfaces = {f"+{name}": Face(axis, edge) for axis, name in enumerate("xyz")}
+
+    def on_their_faces(names, points):
+        slack = EDGE * edge
+        return all(
+            -edge - slack <= point[k] <= slack
+            for name, point in zip(names, points)
+            for k in range(3)
+            if k != surfaces[name].axis
+        )
+
     # Places are parts of the edge, and faces end.
-    return Fixture("cube", {"edge": edge}, edge, surfaces, 0.1)
+    return Fixture("cube", {"edge": edge}, edge, surfaces, on_their_faces, 0.1)
 
 
 def block():
@@ -154,13 +229,23 @@ def block():
         "stop": (vector(-40, 0, 10), vector(4, 1, 0)),
     }
     number = lambda values: [float(value) for value in values]
+    within = 40.0
     tables = [
-        {"name": name, "type": "plane", "point": number(point), "normal": number(normal), "within": 40.0}
+        {"name": name, "type": "plane", "point": number(point), "normal": number(normal), "within": within}
         for name, (point, normal) in planes.items()
     ]
     # What the composite takes for its size: the largest of distances of the points from their middle and of extents.
-    surfaces = {name: plane(point, normal, mp.mpf(40)) for name, (point, normal) in planes.items()}
-    return Fixture("composite", {"surface": tables}, 40, surfaces, 0.1)
+    size = mp.mpf(within)
+    surfaces = {name: Plane(point, normal, size) for name, (point, normal) in planes.items()}
+
+    def within_their_ends(names, points):
+        def off(name, point):
+            away = point - surfaces[name].point
+            return mp.norm(away - surfaces[name].normal * dot(surfaces[name].normal, away))
+
+        return all(off(name, point) <= size * (1 + EDGE) for name, point in zip(names, points))
+
+    return Fixture("composite", {"surface": tables}, size, surfaces, within_their_ends, 0.1)
 
 
 # Families: what a layout touches where. Those that leave a motion free do so exactly.
@@ -289,30 +374,6 @@ def frame(number):
 # What a layout leaves free.
 
 
-def short(fixture, contacts):
-    """Whether some surface has fewer places that differ, or are not in a line, than the fixture demands."""
-    demanded = {
-        "cylinder-plane": {"cylinder": (4, False), "plane": (3, True)},
-        "three-sphere": {name: (3, False) for name in "abc"},
-        "cube": {},
-        "composite": {},
-    }[fixture.kind]
-    for name, (count, not_in_a_line) in demanded.items():
-        points = [point for surface, point, _ in contacts if surface == name]
-        different = []
-        for point in points:
-            if all(mp.norm(point - other) > ZERO for other in different):
-                different.append(point)
-        if len(different) < count:
-            return True
-        if not_in_a_line:
-            first = different[0]
-            spans = [cross(different[1] - first, point - first) for point in different[2:]]
-            if all(mp.norm(span) < ZERO for span in spans):
-                return True
-    return False
-
-
 def observed(fixture, contacts, axes):
     rows = mp.zeros(len(contacts), 6)
     for index, (_, point, normal) in enumerate(contacts):
@@ -330,32 +391,134 @@ def observed(fixture, contacts, axes):
     return condition, [[float(vectors[row, k]) for row in range(6)] for k in free]
 
 
+# Other frames that fit: descents from all over in double precision, their ends settled with 60 digits.
+
+
+def fits(fixture, names, points, rotations, origins):
+    """Residuals and their slopes over [v, w] along the fixture's axes, for many frames at once."""
+    seen = numpy.einsum("sji,skj->ski", rotations, points[None] - origins[:, None])
+    residuals, normals = numpy.empty(seen.shape[:2]), numpy.empty(seen.shape)
+    for index, name in enumerate(names):
+        residuals[:, index], normals[:, index] = fixture.surfaces[name].many(seen[:, index])
+    return residuals, -numpy.concatenate([normals, numpy.cross(seen, normals)], axis=2)
+
+
+def turned(w):
+    """Rotation matrices of rotation vectors."""
+    angle = numpy.linalg.norm(w, axis=1)[:, None, None] + 1e-300
+    k = numpy.zeros((len(w), 3, 3))
+    k[:, 0, 1], k[:, 0, 2], k[:, 1, 2] = -w[:, 2], w[:, 1], -w[:, 0]
+    k = (k - k.transpose(0, 2, 1)) / angle
+    return numpy.eye(3) + numpy.sin(angle) * k + (1 - numpy.cos(angle)) * (k @ k)
+
+
+def moved(rotations, origins, step):
+    return rotations @ turned(step[:, 3:]), origins + numpy.einsum("sij,sj->si", rotations, step[:, :3])
+
+
+def ends(fixture, names, points, middle, noise):
+    """Ends of Levenberg and Marquardt's descents; `middle` is the mean of the places touched, fixture coordinates."""
+    size = float(fixture.size)
+    q, _ = numpy.linalg.qr(noise.normal(size=(STARTS, 3, 3)))
+    rotations = q * numpy.linalg.det(q)[:, None, None]
+    origins = points.mean(axis=0) + noise.normal(size=(STARTS, 3)) * size / 2 - rotations @ middle
+    damping = numpy.full(STARTS, 1e-2)
+    scale = numpy.array([1, 1, 1, 1 / size, 1 / size, 1 / size])
+    residuals, slopes = fits(fixture, names, points, rotations, origins)
+    for _ in range(STEPS):
+        rows = slopes * scale
+        matrix = numpy.einsum("ski,skj->sij", rows, rows) + damping[:, None, None] * numpy.eye(6)
+        step = -numpy.linalg.solve(matrix, numpy.einsum("ski,sk->si", rows, residuals)[..., None])[..., 0] * scale
+        there = moved(rotations, origins, step)
+        tried, tried_slopes = fits(fixture, names, points, *there)
+        better = (tried**2).sum(axis=1) < (residuals**2).sum(axis=1)
+        rotations[better], origins[better] = there[0][better], there[1][better]
+        residuals[better], slopes[better] = tried[better], tried_slopes[better]
+        damping = numpy.where(better, numpy.maximum(damping / 5, 1e-14), numpy.minimum(damping * 4, 1e6))
+    return rotations, origins, numpy.abs(residuals).max(axis=1)
+
+
+def settled(fixture, names, points, axes, origin):
+    """Gauss and Newton's steps with 60 digits."""
+    for _ in range(8):
+        rows, residuals = mp.zeros(len(points), 6), mp.zeros(len(points), 1)
+        for index, (name, point) in enumerate(zip(names, points)):
+            seen = axes.T * (point - origin)
+            residuals[index], normal = fixture.surfaces[name].exactly(seen)
+            turn = cross(seen, normal)
+            for k in range(3):
+                rows[index, k], rows[index, 3 + k] = -normal[k], -turn[k] / fixture.size
+        step = mp.lu_solve(rows.T * rows, -(rows.T * residuals))
+        v, w = vector(*step[:3]), vector(*step[3:]) / fixture.size
+        origin += axes * v
+        angle = mp.sqrt(dot(w, w))
+        if angle > 0:
+            k = mp.matrix([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]]) / angle
+            axes = axes * (mp.eye(3) + k * mp.sin(angle) + k * k * (1 - mp.cos(angle)))
+    return axes, origin, residuals
+
+
+def second(fixture, contacts, axes, origin, noise):
+    """The frame, other than the true one, that fits best and that the fixture's rule of where touches lie allows; and its
+    misfit, the root of the sum of squares, in standard deviations."""
+    names = [name for name, _, _ in contacts]
+    at = [axes * point + origin for _, point, _ in contacts]
+    points = numpy.array([[float(x) for x in point] for point in at])
+    middle = sum((point for _, point, _ in contacts), vector(0, 0, 0)) / len(contacts)
+    rotations, origins, off = ends(fixture, names, points, numpy.array([float(x) for x in middle]), noise)
+    best, tried = None, []
+    for k in numpy.argsort(off):
+        # A settled frame of this misfit would be none that noise explains.
+        if off[k] > 1e-5 or len(tried) > 24:
+            break
+        same = lambda other: (
+            numpy.abs(rotations[k] - rotations[other]).max() < 1e-4
+            and numpy.abs(origins[k] - origins[other]).max() < 1e-4 * float(fixture.size)
+        )
+        if any(same(other) for other in tried):
+            continue
+        tried.append(k)
+        try:
+            r, t, residuals = settled(fixture, names, at, mp.matrix(rotations[k].tolist()), vector(*origins[k]))
+        except ZeroDivisionError:
+            continue
+        from_truth = max(mp.norm(r - axes), mp.norm(t - origin) / fixture.size)
+        if from_truth < mp.mpf("1e-6") or not fixture.may_stand(names, [r.T * (point - t) for point in at]):
+            continue
+        misfit = float(mp.norm(residuals) / SIGMA)
+        if best is None or misfit < best[0]:
+            best = misfit, r, t
+    return best
+
+
+def told(axes, origin):
+    return [round(float(x), 11) for x in origin] + [round(float(axes[row, k]), 15) for row in range(3) for k in range(3)]
+
+
 def line(name, fixture, layout, number):
     contacts = []
     for surface, a, b in layout:
-        point, normal = fixture.surfaces[surface](a, b)
+        point, normal = fixture.surfaces[surface].at(a, b)
         contacts.append((surface, point, normal))
     axes, origin = frame(number)
-    at = lambda point: [float(x) for x in axes * point + origin]
-    measurement = {
-        "units": "mm",
-        "fixture": {"kind": fixture.kind, **fixture.parameters},
-        "probe": {"sigma": SIGMA},
-        "touch": [{"surface": surface, "at": at(point)} for surface, point, _ in contacts],
-    }
+    # Off by a twentieth of sigma at most.
+    at = lambda point: [round(float(x), 11) for x in axes * point + origin]
     condition, free = observed(fixture, contacts, axes)
-    print(
-        json.dumps(
-            {
-                "name": name,
-                "measurement": measurement,
-                "frame": [float(x) for x in origin] + [float(axes[row, k]) for row in range(3) for k in range(3)],
-                "short": short(fixture, contacts),
-                "condition": condition,
-                "free": free,
-            }
-        )
-    )
+    made = {
+        "name": name,
+        "fixture": FIXTURES.index(fixture),
+        "touches": [[surface, *at(point)] for surface, point, _ in contacts],
+        "frame": told(axes, origin),
+        "condition": condition and float(f"{condition:.6g}"),
+    }
+    if free:
+        made["free"] = [[round(x, 7) for x in motion] for motion in free]
+    if condition is not None and condition < SOUND:
+        other = second(fixture, contacts, axes, origin, numpy.random.default_rng([SEED, number]))
+        if other is not None and other[0] < DOUBTFUL:
+            misfit, r, t = other
+            made["second"] = {"misfit": round(misfit, 3), "frame": told(r, t)}
+    return made
 
 
 def disturbed(fixture, layout, by):
@@ -364,39 +527,45 @@ def disturbed(fixture, layout, by):
 
 
 def main():
-    first, second = cylinder_plane(20.0, 45.0), cylinder_plane(12.5, 30.0)
-    balls, centers = three_sphere(12.7, 100.0, 90.0, 80.0)
-    families = [
-        (first, list(families_of_cylinder_plane())),
-        (balls, list(families_of_three_sphere(centers))),
-        (cube(40.0), list(families_of_cube())),
-        (block(), list(families_of_block())),
-    ]
-    number = 0
-    for fixture, of_fixture in families:
+    layouts = []
+    for fixture, of_fixture in FAMILIES:
         for family, layout in of_fixture:
             for by in DISTURBED:
                 for draw in range(3 if by == 0 else 2):
                     how = "exact" if by == 0 else f"1e{mp.nint(mp.log10(by)).__int__()}"
-                    line(f"{fixture.kind}/{family}/{how}/{draw}", fixture, disturbed(fixture, layout, by), number)
-                    number += 1
-    layouts = [
-        (first, lambda: random_cylinder_plane(4, 3)),
-        (first, lambda: random_cylinder_plane(6, 4)),
-        (second, lambda: random_cylinder_plane(5, 3)),
-        (balls, lambda: random_three_sphere((3, 3, 3))),
-        (balls, lambda: random_three_sphere((5, 4, 3))),
-        (cube(40.0), lambda: random_cube((3, 2, 1))),
-        (cube(40.0), lambda: random_cube((4, 3, 2))),
-        (block(), lambda: random_block((3, 2, 1))),
-        (block(), lambda: random_block((4, 3, 2))),
-    ]
-    for fixture, draw_layout in layouts:
+                    name = f"{fixture.kind}/{family}/{how}/{draw}"
+                    layouts.append(line(name, fixture, disturbed(fixture, layout, by), len(layouts)))
+    for fixture, draw_layout in RANDOM:
         for draw in range(15):
             layout = draw_layout()
             counts = "+".join(str(sum(1 for place in layout if place[0] == name)) for name in fixture.surfaces)
-            line(f"{fixture.kind}/random {counts}/{draw}", fixture, layout, number)
-            number += 1
+            layouts.append(line(f"{fixture.kind}/random {counts}/{draw}", fixture, layout, len(layouts)))
+    compact = lambda value: json.dumps(value, separators=(",", ":"))
+    fixtures = ",\n".join(compact(fixture.told()) for fixture in FIXTURES)
+    print(f'{{"sigma":{SIGMA},"fixtures":[\n{fixtures}\n],"layouts":[')
+    print(",\n".join(compact(layout) for layout in layouts))
+    print("]}")
 
 
+FIRST, SECOND = cylinder_plane(20.0, 45.0), cylinder_plane(12.5, 30.0)
+BALLS, CENTERS = three_sphere(12.7, 100.0, 90.0, 80.0)
+CUBE, BLOCK = cube(40.0), block()
+FIXTURES = [FIRST, SECOND, BALLS, CUBE, BLOCK]
+FAMILIES = [
+    (FIRST, list(families_of_cylinder_plane())),
+    (BALLS, list(families_of_three_sphere(CENTERS))),
+    (CUBE, list(families_of_cube())),
+    (BLOCK, list(families_of_block())),
+]
+RANDOM = [
+    (FIRST, lambda: random_cylinder_plane(4, 3)),
+    (FIRST, lambda: random_cylinder_plane(6, 4)),
+    (SECOND, lambda: random_cylinder_plane(5, 3)),
+    (BALLS, lambda: random_three_sphere((3, 3, 3))),
+    (BALLS, lambda: random_three_sphere((5, 4, 3))),
+    (CUBE, lambda: random_cube((3, 2, 1))),
+    (CUBE, lambda: random_cube((4, 3, 2))),
+    (BLOCK, lambda: random_block((3, 2, 1))),
+    (BLOCK, lambda: random_block((4, 3, 2))),
+]
 main()

@@ -433,10 +433,15 @@ fn the_motion_of_a_ring_is_told_where_it_is() {
 #[test]
 fn touches_nearly_on_one_generator_are_told() {
     const QUIET: f64 = 1e-10;
-    for (off, frame) in [1e-12, 1e-10, 1e-8].into_iter().flat_map(|off: f64| frames().into_iter().map(move |frame| (off, frame))) {
+    for (off, frame) in [1e-12, 1e-10, 1e-8]
+        .into_iter()
+        .flat_map(|off: f64| frames().into_iter().map(move |frame| (off, frame)))
+    {
         let turned = |by: f64| 50.0 + (by * off).to_degrees();
-        let generator_line = [(turned(0.0), -4.0), (turned(1.0), -3.2), (turned(-1.0), -2.1), (turned(0.0), -1.5)];
-        let case = Case { name: "nearly one generator", cylinder: generator_line, plane: SOUND_PLANE, words: &[] };
+        let generator_line =
+            [(turned(0.0), -4.0), (turned(1.0), -3.2), (turned(-1.0), -2.1), (turned(0.0), -1.5)];
+        let case =
+            Case { name: "nearly one generator", cylinder: generator_line, plane: SOUND_PLANE, words: &[] };
         let touches = touches(&case, &frame, 0.0, 0);
         let fixture = fixture();
         let problem = Problem::new(&*fixture, &touches, probe(Some(QUIET))).unwrap();

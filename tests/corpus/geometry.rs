@@ -8,7 +8,7 @@ use touchref::analysis::simulation::generator;
 /// A surface in fixture coordinates.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Geometry {
+pub(crate) enum Geometry {
     /// About the z axis, of this radius.
     Cylinder(f64),
     /// Through a point, with an outward normal.
@@ -19,7 +19,7 @@ pub enum Geometry {
 
 impl Geometry {
     /// Signed distance of a point, and the outward normal there.
-    pub fn seen_from(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
+    pub(crate) fn seen_from(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
         let (away, radius) = match self {
             Self::Plane(point, normal) => {
                 let normal = Vector3::from(*normal);
@@ -34,10 +34,10 @@ impl Geometry {
 
 /// A motion of all points by `velocity + rotation x (p - about)`.
 #[derive(Debug, Clone, Copy)]
-pub struct Moving {
-    pub velocity: Vector3<f64>,
-    pub rotation: Vector3<f64>,
-    pub about: Point3<f64>,
+pub(crate) struct Moving {
+    pub(crate) velocity: Vector3<f64>,
+    pub(crate) rotation: Vector3<f64>,
+    pub(crate) about: Point3<f64>,
 }
 
 impl Moving {
@@ -46,12 +46,12 @@ impl Moving {
     }
 
     /// Its length for a fixture of this size.
-    pub fn extent(&self, size: f64) -> f64 {
+    pub(crate) fn extent(&self, size: f64) -> f64 {
         self.velocity.norm().hypot(self.rotation.norm() * size)
     }
 
     /// How far it moves the one of these points that it moves most, for a motion of length one.
-    pub fn moves(&self, points: &[Point3<f64>], size: f64) -> f64 {
+    pub(crate) fn moves(&self, points: &[Point3<f64>], size: f64) -> f64 {
         points.iter().map(|p| self.of(p).norm()).fold(0.0, f64::max) / self.extent(size)
     }
 }
@@ -60,7 +60,7 @@ impl Moving {
 /// which fits every touch to `fits` (parts of the size); infinite where none was found.
 ///
 /// Which frame that is, is not told: it is looked for among all rotations.
-pub fn resistance(touches: &[(&Geometry, Point3<f64>)], motion: &Moving, size: f64, fits: f64) -> f64 {
+pub(crate) fn resistance(touches: &[(&Geometry, Point3<f64>)], motion: &Moving, size: f64, fits: f64) -> f64 {
     const STARTS: u64 = 200;
     const STEPS: usize = 60;
     let length = motion.extent(size);
@@ -68,7 +68,8 @@ pub fn resistance(touches: &[(&Geometry, Point3<f64>)], motion: &Moving, size: f
     let seen = |rotation: &Rotation3<f64>| {
         let (mut off, mut resisted) = (Vec::new(), Vec::new());
         for (surface, at) in touches {
-            let (distance, normal) = surface.seen_from(&Point3::from(rotation.inverse() * (at - motion.about)));
+            let (distance, normal) =
+                surface.seen_from(&Point3::from(rotation.inverse() * (at - motion.about)));
             off.push(distance / size);
             resisted.push((rotation * normal).dot(&motion.of(at)) / length);
         }

@@ -1,19 +1,28 @@
 #!/usr/bin/env python3
-"""Makes layouts.ndjson: layouts of touches that leave a motion free, nearly do, or do not, one a line.
+"""Makes layouts.json: layouts of touches that leave a motion free, nearly do, or do not, one a line.
 
 What each layout leaves free is computed here with 60 digits (mpmath), from the geometry of the fixtures alone: a touch
 resists a motion by the normal it meets, so its row is [n, (p - o) x n / size] for a translation of the fixture's origin o
-and a rotation about it times the fixture's size, along the parent's axes. No code is shared with touchref.
+and a rotation about it times the fixture's size, along the parent's axes. Whether a second frame fits a layout that
+determines one is looked for by descents from all over in double precision, each end settled with 60 digits. No code is shared
+with touchref.
 
-    python3 layouts.py > layouts.ndjson        needs mpmath; takes some seconds
+    python3 layouts.py > layouts.json        needs mpmath and numpy; takes two minutes
 
-Keys of a line:
-    name        fixture, family and how near, as `cylinder-plane/ring/1e-6/3`
-    measurement what a measurement file would say: the fixture, and touches without error but for rounding to doubles
+Keys of the file:
+    sigma       of every touch, mm
+    fixtures    `measured`: what a measurement file says of it; its size; its surfaces in fixture coordinates
+    layouts     see below
+Keys of a layout:
+    name        fixture, family and how near, as `cylinder-plane/ring/1e-6/1`
+    fixture     index into the fixtures
+    touches     surface and place, without error but for rounding to a twentieth of sigma
     frame       the frame they were made at: x, y, z, then the rotation matrix row by row
-    short       whether some surface is touched less than the fixture demands (coincident or collinear touches)
     condition   largest over smallest singular value of the rows; null where the smallest is zero
-    free        orthonormal basis of the motions whose singular value is below the largest over 1e8, [v, w size]
+    free        orthonormal basis of the motions whose singular value is below the largest over 1e8, [v, w size]; left out
+                where there is none
+    second      of a condition below 1e4: the other frame that fits best and that the fixture's rule of where touches lie
+                allows, and its misfit, the root of the sum of squares in sigmas; left out above 1000
 """
 
 import json

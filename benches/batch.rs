@@ -169,8 +169,14 @@ fn locate(touches: &Path, frames: &Path, threads: usize) {
     let registry = touchref::registry().unwrap();
     let solver = registry.solver("least-squares").unwrap().build(&Parameters::new()).unwrap();
     let fixture = fixture();
-    let locator =
-        Locator { fixture: &*fixture, solver: &*solver, probe: PROBE, units: Units::Millimetre, near: None, fast: false };
+    let locator = Locator {
+        fixture: &*fixture,
+        solver: &*solver,
+        probe: PROBE,
+        units: Units::Millimetre,
+        near: None,
+        fast: false,
+    };
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let start = Instant::now();
     let input = Input::from(touches.to_owned());

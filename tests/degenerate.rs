@@ -240,6 +240,8 @@ fn assert_refused_for_the_right_motion(name: &str) {
                 assert!(told.contains(word), "{name}, sigma {sigma:?}: {word} is not in `{told}`");
             }
             assert!(degenerate.rank < degenerate.unknowns, "{name}: {degenerate:?}");
+            let Twist { translation, rotation } = degenerate.free.twist;
+            assert!(translation.norm() + rotation.norm() > 0.0, "{name}: `{told}` is no motion");
         }
     }
 }
@@ -424,6 +426,37 @@ fn the_motion_of_a_ring_is_told_where_it_is() {
     let expected = scaled(&Motion::new(twist, center), &frame);
     let told = scaled(&degenerate.free, &frame);
     assert!(off_by(&told, &[expected.normalize()]) < 1.0, "{}", degenerate.free);
+}
+
+/// Four touches all but on one generator line, and noise so small that every step along what is free is above it: told as
+/// the turn that it is, not as what a descent along it ends at.
+#[test]
+fn touches_nearly_on_one_generator_are_told() {
+    const QUIET: f64 = 1e-10;
+    for (off, frame) in [1e-12, 1e-10, 1e-8]
+        .into_iter()
+        .flat_map(|off: f64| frames().into_iter().map(move |frame| (off, frame)))
+    {
+        let turned = |by: f64| 50.0 + (by * off).to_degrees();
+        let generator_line =
+            [(turned(0.0), -4.0), (turned(1.0), -3.2), (turned(-1.0), -2.1), (turned(0.0), -1.5)];
+        let case =
+            Case { name: "nearly one generator", cylinder: generator_line, plane: SOUND_PLANE, words: &[] };
+        let touches = touches(&case, &frame, 0.0, 0);
+        let fixture = fixture();
+        let problem = Problem::new(&*fixture, &touches, probe(Some(QUIET))).unwrap();
+        for solver in ["closed-form", "least-squares"] {
+            match support::solver(solver).solve(&problem) {
+                Err(SolveError::Degenerate(degenerate)) => {
+                    let told = &degenerate.free;
+                    assert!(told.to_string().contains("rotation of `cylinder`"), "{solver}, {off:e}: {told}");
+                    let off_axis = told.twist.rotation.cross(&frame.axis(2)).norm();
+                    assert!(off_axis < 1e-6, "{solver}, {off:e}: {told}");
+                }
+                other => panic!("{solver}, {off:e}: {other:?}"),
+            }
+        }
+    }
 }
 
 /// As with three touches, so with more: a line through all of them does not tell a plane.

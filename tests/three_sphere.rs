@@ -640,6 +640,32 @@ fn two_balls_touched_in_a_line_are_degenerate_for_every_solver() {
     assert_eq!(candidates_of(&problem, 1.0).unwrap_err().code(), "degenerate");
 }
 
+/// Three touches in all but one place leave their ball loose: where the noise is small beside what the misfit bends by
+/// then, it says nothing of labels.
+#[test]
+fn labels_are_not_doubted_where_the_balls_are_loose() {
+    const TRIALS: u64 = 50;
+    const QUIET: f64 = 1e-10;
+    let fixture = three_sphere([100.0, 90.0, 80.0], RADIUS);
+    for off in [1e-7, 1e-6, 1e-5, 1e-4] {
+        for trial in 0..TRIALS {
+            let mut rng = generator(47, trial);
+            let frame = random_frame(REACH, &mut rng);
+            let mut near_the_top = |ball: usize| {
+                let (center, radius) = balls(&*fixture)[ball];
+                let aside: [f64; 2] = [(); 2].map(|()| rng.sample(StandardNormal));
+                (ball, center + Vector3::new(off * aside[0], off * aside[1], 1.0).normalize() * radius)
+            };
+            let layout: Vec<_> = (0..9).map(|k| near_the_top(k / 3)).collect();
+            let touches = simulate(&*fixture, &layout, &frame, &probe(None), 0.0, &mut rng);
+            let problem = Problem::new(&*fixture, &touches, probe(Some(QUIET))).unwrap();
+            if let Err(refusal) = support::solver("least-squares").solve(&problem) {
+                assert_ne!(refusal.code(), "invalid-input", "{off:e}, trial {trial}: {refusal}");
+            }
+        }
+    }
+}
+
 /// Labels that are exchanged are told where the distances, or the radii, tell them apart.
 #[test]
 fn labels_that_are_mixed_up_are_named() {

@@ -127,7 +127,9 @@ fn nothing_that_is_harmed_is_certain_unless_the_solver_accepts_it() {
     let fixture = fixture(pin(45.0));
     type Harm = fn(&mut Vec<Touch>, f64);
     let harms: [(&str, bool, Harm); 10] = [
-        ("a touch off by 10 to 100 sigmas", false, |touches, by| touches[2].at.x += SIGMA * (10.0 + 90.0 * by)),
+        ("a touch off by 10 to 100 sigmas", false, |touches, by| {
+            touches[2].at.x += SIGMA * (10.0 + 90.0 * by)
+        }),
         ("a cylinder's and a plane's touch exchanged", true, |touches, _| {
             let (a, b) = touches.split_at_mut(4);
             std::mem::swap(&mut a[1].at, &mut b[1].at);
@@ -228,7 +230,8 @@ fn frames_follow_parent_unit_and_order() {
     });
     let scaled = changed(&|touches| touches.iter_mut().for_each(|touch| touch.at.coords /= INCH));
     let motion = random_frame(500.0, &mut generator(SEED + 6, 0));
-    let moved = changed(&|touches| touches.iter_mut().for_each(|touch| touch.at = motion.to_parent(&touch.at)));
+    let moved =
+        changed(&|touches| touches.iter_mut().for_each(|touch| touch.at = motion.to_parent(&touch.at)));
     let by_order = located(&*together(&*fixture, &probe(SIGMA)), &reordered);
     let by_motion = located(&*together(&*fixture, &probe(SIGMA)), &moved);
     let by_unit = located(&*inches.together(&in_inches, &solver.rule().unwrap()).unwrap(), &scaled);
@@ -258,7 +261,8 @@ fn what_is_uncertain_is_left_to_a_solver() {
     let fixture = fixture(pin(45.0));
     assert!(fixture.together(&Probe { sigma: None, ..probe(0.01) }, &rule).is_none());
     assert!(fixture.together(&Probe { tip_radius_u: 0.001, ..probe(0.01) }, &rule).is_none());
-    let uncertain = self::fixture(pin(45.0).with("radius", touchref::Value::Number { value: 20.0, u: 0.002 }));
+    let uncertain =
+        self::fixture(pin(45.0).with("radius", touchref::Value::Number { value: 20.0, u: 0.002 }));
     assert!(uncertain.together(&probe(0.01), &rule).is_none());
     assert!(support::solver("closed-form").rule().is_none() && support::solver("robust").rule().is_none());
 }

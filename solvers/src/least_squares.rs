@@ -11,8 +11,8 @@
 use std::borrow::Cow;
 
 use touchref_core::{
-    Adjustment, Frame, Measure, ParameterError, Parameters, Problem, Root, RootKind, RootReport, Rule, Solution,
-    SolveError, Solver, SolverPlugin,
+    Adjustment, Frame, Measure, ParameterError, Parameters, Problem, Root, RootKind, RootReport, Rule,
+    Solution, SolveError, Solver, SolverPlugin,
 };
 
 use crate::{

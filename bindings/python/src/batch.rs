@@ -138,7 +138,11 @@ impl Stream {
         }
         let near = near.map(|numbers| values::frame(&numbers)).transpose()?;
         let measured = measurement.measured.clone();
-        Ok(Self { work: Work { measured, solver, parameters, near, fast, threads }, at_work: None, ended: false })
+        Ok(Self {
+            work: Work { measured, solver, parameters, near, fast, threads },
+            at_work: None,
+            ended: false,
+        })
     }
 
     /// Takes more touches, and returns the frames of the placements that are complete.

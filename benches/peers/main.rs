@@ -132,10 +132,14 @@ const REFINEMENT: &str = "touchref: refinement";
 const UNAIDED: &str = "touchref: closed form, choice, refinement";
 const LOCATE: &str = "touchref: honest locate";
 const TINY: &str = "`ceres::TinySolver`";
+const TINY_TIGHT: &str = "`ceres::TinySolver`, to rounding";
 const CERES: &str = "`ceres::Solve`";
+const CERES_TIGHT: &str = "`ceres::Solve`, to rounding";
 const CRATE: &str = "`levenberg-marquardt` crate";
+const CRATE_TIGHT: &str = "`levenberg-marquardt` crate, to rounding";
 const GAUSS_NEWTON: &str = "argmin's `GaussNewton`";
 const SCIPY: &str = "SciPy `least_squares`, `lm`";
+const SCIPY_TIGHT: &str = "SciPy `least_squares`, `lm`, to rounding";
 const COMPANION: &str = "companion matrix, nalgebra: touches to angles";
 
 fn main() {
@@ -386,11 +390,7 @@ fn crates<'a>(set: &'a Set, problems: &'a [Problem<'a>]) -> Vec<Method<'a>> {
     };
     let mut methods = vec![
         here(CRATE, Task::Refinement, by_crate(by_library_bounds())),
-        here(
-            "`levenberg-marquardt` crate, its defaults",
-            Task::Refinement,
-            by_crate(LevenbergMarquardt::new()),
-        ),
+        here(CRATE_TIGHT, Task::Refinement, by_crate(LevenbergMarquardt::new())),
         here(GAUSS_NEWTON, Task::Refinement, move |index| {
             Some(by_gauss_newton(&problems[index], &set.measurements[index].start)?.frame)
         }),
@@ -433,11 +433,11 @@ fn others<'a>(set: &'a Set, programs: &'a Programs) -> Vec<Method<'a>> {
     let Programs { ceres, python } = programs;
     let mut methods = vec![
         asked(TINY, Task::Refinement, ceres, "tiny-solver"),
-        asked("`ceres::TinySolver`, to rounding", Task::Refinement, ceres, "tiny-solver-tight"),
+        asked(TINY_TIGHT, Task::Refinement, ceres, "tiny-solver-tight"),
         asked(CERES, Task::Refinement, ceres, "ceres"),
-        asked("`ceres::Solve`, to rounding", Task::Refinement, ceres, "ceres-tight"),
+        asked(CERES_TIGHT, Task::Refinement, ceres, "ceres-tight"),
         asked(SCIPY, Task::Refinement, python, "scipy"),
-        asked("SciPy `least_squares`, `lm`, to rounding", Task::Refinement, python, "scipy-tight"),
+        asked(SCIPY_TIGHT, Task::Refinement, python, "scipy-tight"),
     ];
     if set.touches() == 7 {
         methods.push(asked("NumPy closed form, `np.roots`", Task::Root, python, "numpy-closed-form"));

@@ -3,8 +3,8 @@
 use std::{env, fmt::Write as _, fs, process::Command};
 
 use super::{
-    CERES, COMPANION, CRATE, EVERY_ROOT, Ends, GAUSS_NEWTON, LOCATE, Measured, Outcome, REFINEMENT, ROUNDS,
-    SAME, SCIPY, TINY, Task, UNAIDED,
+    CERES, CERES_TIGHT, COMPANION, CRATE, CRATE_TIGHT, EVERY_ROOT, Ends, GAUSS_NEWTON, LOCATE, Measured,
+    Outcome, REFINEMENT, ROUNDS, SAME, SCIPY, SCIPY_TIGHT, TINY, TINY_TIGHT, Task, UNAIDED,
 };
 
 /// Crates whose versions are told.
@@ -145,7 +145,17 @@ fn promises(measured: &[Measured<'_>]) -> String {
         let _ = writeln!(text, "| {what} | {relation} {bound}{unit} | {value} | {kept} |");
     };
     for (set, which) in [("7", "7 touches"), ("7-nominal", "7 nominal touches")] {
-        for (peer, bound) in [(TINY, 2.0), (CERES, 20.0), (CRATE, 5.0), (GAUSS_NEWTON, 5.0), (SCIPY, 500.0)] {
+        for (peer, bound) in [
+            (TINY, 2.0),
+            (TINY_TIGHT, 2.0),
+            (CERES, 20.0),
+            (CERES_TIGHT, 20.0),
+            (CRATE, 5.0),
+            (CRATE_TIGHT, 5.0),
+            (GAUSS_NEWTON, 5.0),
+            (SCIPY, 500.0),
+            (SCIPY_TIGHT, 500.0),
+        ] {
             let what = format!("refinement of {which}: {peer}, times as long");
             row(&what, true, bound, "", slower(set, peer, REFINEMENT));
         }

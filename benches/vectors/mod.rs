@@ -3,6 +3,8 @@
 //! They get the twist that leads from a start to the frame, with exact derivatives, and what was computed for residuals is
 //! kept for derivatives ([`Chart`]).
 
+#![allow(dead_code)] // Each bench uses its own part.
+
 use std::cell::RefCell;
 
 use argmin::{

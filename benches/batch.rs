@@ -10,17 +10,18 @@
 
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)] // A bench may panic, and prints its figures.
 
+mod columns;
+
 use std::{
     env,
     fs::{self, File},
     hint::black_box,
     path::{Path, PathBuf},
     process::Command,
-    sync::Arc,
     time::Instant,
 };
 
-use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
+use columns::record_batch;
 use rayon::ThreadPoolBuilder;
 use touchref::{
     Fixture, Parameters, Probe, Problem, Touch, Units,
@@ -184,27 +185,6 @@ fn write(path: &Path, placements: u64) {
     sink.write(&first).unwrap();
     batches.for_each(|batch| sink.write(&batch).unwrap());
     sink.finish().unwrap();
-}
-
-fn record_batch(fixture: &dyn Fixture, placements: &[(u64, Vec<Touch>)]) -> RecordBatch {
-    let rows = || {
-        placements
-            .iter()
-            .flat_map(|(name, touches)| touches.iter().map(move |touch| (name.cast_signed(), touch)))
-    };
-    let surfaces = fixture.surfaces();
-    let axis = |axis: usize| -> ArrayRef {
-        Arc::new(Float64Array::from_iter_values(rows().map(|(_, touch)| touch.at[axis])))
-    };
-    let names = rows().map(|(_, touch)| &surfaces[touch.surface].name);
-    RecordBatch::try_from_iter([
-        ("placement", Arc::new(Int64Array::from_iter_values(rows().map(|(name, _)| name))) as ArrayRef),
-        ("surface", Arc::new(StringArray::from_iter_values(names))),
-        ("x", axis(0)),
-        ("y", axis(1)),
-        ("z", axis(2)),
-    ])
-    .unwrap()
 }
 
 /// Seconds and peak megabytes of a process that locates.

@@ -52,7 +52,7 @@ fn main() {
         for touches in &measurements {
             let at = |i: usize| -> Point3<f64> { black_box(touches[i].at) };
             let equations = Equations::new(&[0, 1, 2, 3].map(at), &[4, 5, 6].map(at), 45.0_f64.to_radians());
-            sum += equations.real_roots(1e-6).iter().sum::<f64>();
+            sum += equations.roots().iter().map(|root| root.0).sum::<f64>();
         }
         black_box(sum);
     };

@@ -9,39 +9,35 @@
 //! rounds in one run, and their ratios. Then the share of bad starts, 30 degrees and 30 mm off, from which each reaches
 //! the frame of 16 + 14 touches.
 //!
-//! The peers know vectors only. They get the twist that leads from the start to the frame, with exact derivatives, and
-//! what was computed for residuals is kept for derivatives ([`Chart`]). They are told to stop where the library does.
+//! The peers are told to stop where the library does.
 
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)] // A bench may panic, and tells its figures.
 
 mod rounds;
 #[path = "../tests/support/mod.rs"]
 mod support;
+mod vectors;
 
-use std::{cell::RefCell, hint::black_box};
+use std::hint::black_box;
 
-use argmin::{
-    core::{Error, Executor, IterState, Jacobian, Operator, State},
-    solver::gaussnewton::GaussNewton,
-};
-use levenberg_marquardt::LeastSquaresProblem;
+use argmin::core::{Executor, State};
 use nalgebra::{Vector3, Vector6};
 use nalgebra_0_34::{
-    Const, DMatrix, DVector, DefaultAllocator, DimMax, DimMaximum, DimMin, SMatrix, SVector, U6,
+    Const, DefaultAllocator, DimMax, DimMaximum, DimMin, U6,
     allocator::{Allocator, Reallocator},
-    storage::Owned,
 };
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 use rounds::Rounds;
 use touchref::{
-    Contact, Fixture, Frame, Probe, Problem, Root, Touch, Twist,
+    Fixture, Frame, Probe, Problem, Root, Touch, Twist,
     analysis::simulation::{generator, random_frame, random_layout, simulate},
     solvers::{
         Unknowns,
         refinement::{LevenbergMarquardt, Misfit, RefinementState, descend},
     },
 };
+use vectors::{Chart, End, STEPS, by_gauss_newton, by_levenberg_marquardt, by_library_bounds};
 
 const PROBE: Probe = Probe { tip_radius: 1.5, tip_radius_u: 0.0, sigma: Some(0.01) };
 /// Two ends nearer than this are one frame: what the plain loop promises, standard deviations.
@@ -52,8 +48,6 @@ const REACHED: f64 = 1e-3;
 const TURN: f64 = std::f64::consts::FRAC_PI_6;
 /// How far off its origin lies.
 const SHIFT: f64 = 30.0;
-/// Steps the library allows itself.
-const STEPS: u64 = 100;
 
 fn main() {
     // `cargo bench` adds an argument of its own.
@@ -82,12 +76,6 @@ fn deviations(problem: &Problem<'_>, from: &Frame, to: &Frame) -> f64 {
         Vector6::from(contact.gradient()).dot(&twist) / contact.sigma
     });
     rises.map(|rise| rise * rise).sum::<f64>().sqrt()
-}
-
-/// A frame, and the steps that were tried on the way there.
-struct End {
-    frame: Frame,
-    steps: u64,
 }
 
 /// A way from a start to the least-squares frame; judged by where it ends, whatever it says of that.
@@ -123,148 +111,14 @@ where
                 Some(End { frame: result.state().get_param()?.frame, steps: result.state().get_iter() })
             },
         },
-        Method {
-            name: "argmin's Gauss-Newton",
-            run: |problem, start| {
-                let chart = Chart::<N>::new(problem, start);
-                // By default it stops when the norm of the residuals changes by less than 1.5e-8: where that norm is
-                // one, a step of 1.7e-4 standard deviations. The library stops at 1e-4.
-                let result = Executor::new(OfVectors(RefCell::new(chart)), GaussNewton::new())
-                    .configure(|state: IterState<_, (), _, (), _, f64>| {
-                        state.param(DVector::zeros(6)).max_iters(STEPS).counting(false)
-                    })
-                    .ctrlc(false)
-                    .run()
-                    .ok()?;
-                let twist = Vector6::from_column_slice(result.state().get_param()?.as_slice());
-                Some(End { frame: start.moved(&Twist::from(twist)), steps: result.state().get_iter() })
-            },
-        },
+        Method { name: "argmin's Gauss-Newton", run: by_gauss_newton },
         Method {
             name: "levenberg-marquardt crate",
             run: |problem, start| {
-                // The library's own bounds on cost, step and gradient.
-                let (chart, report) = levenberg_marquardt::LevenbergMarquardt::new()
-                    .with_ftol(1e-8)
-                    .with_xtol(1e-9)
-                    .with_gtol(1e-12)
-                    .minimize(Chart::<N>::new(problem, start));
-                let steps = report.number_of_evaluations as u64 - 1;
-                Some(End { frame: chart.frame, steps })
+                Some(by_levenberg_marquardt::<Const<N>>(&by_library_bounds(), problem, start))
             },
         },
     ]
-}
-
-/// `N` touches over a chart of the frames about a start, `x -> start.moved(x)`, seen from one `x`.
-#[derive(Clone)]
-struct Chart<'a, const N: usize> {
-    problem: &'a Problem<'a>,
-    start: Frame,
-    x: [f64; 6],
-    frame: Frame,
-    contacts: [Contact; N],
-}
-
-impl<'a, const N: usize> Chart<'a, N> {
-    fn new(problem: &'a Problem<'a>, start: &Frame) -> Self {
-        let contacts = std::array::from_fn(|index| problem.contact(start, index));
-        Self { problem, start: *start, x: [0.0; 6], frame: *start, contacts }
-    }
-
-    #[expect(clippy::float_cmp, reason = "whether it is the very same place")]
-    fn move_to(&mut self, x: &[f64]) {
-        if self.x != x {
-            self.x.copy_from_slice(x);
-            self.frame = self.start.moved(&Twist::from(Vector6::from(self.x)));
-            self.contacts = std::array::from_fn(|index| self.problem.contact(&self.frame, index));
-        }
-    }
-
-    /// In standard deviations.
-    fn residuals(&self) -> [f64; N] {
-        self.contacts.map(|contact| contact.residual / contact.sigma)
-    }
-
-    /// Of each residual over `x = (v, w)`.
-    ///
-    /// A change `(dv, dw)` of `x` moves the frame by the twist `(exp(-w) dv, J dw)` along its own axes, where
-    /// `J = 1 - a [w] + b [w]^2`, `a = (1 - cos |w|) / |w|^2`, `b = (|w| - sin |w|) / |w|^3`, is the right Jacobian of
-    /// rotations (Sola et al., "A micro Lie theory", equation 143).
-    fn gradients(&self) -> [[f64; 6]; N] {
-        /// Below this square of an angle, the next term of the series of `b` is less than rounding.
-        const SMALL: f64 = 1e-4;
-        let w = Vector3::new(self.x[3], self.x[4], self.x[5]);
-        let exp = self.start.rotation.matrix().tr_mul(self.frame.rotation.matrix());
-        let square = w.norm_squared();
-        let (a, b) = if square < SMALL {
-            (
-                0.5 - square / 24.0 + square * square / 720.0,
-                1.0 / 6.0 - square / 120.0 + square * square / 5040.0,
-            )
-        } else {
-            let (sine, cosine) = square.sqrt().sin_cos();
-            ((1.0 - cosine) / square, (1.0 - sine / square.sqrt()) / square)
-        };
-        self.contacts.map(|contact| {
-            let [x, y, z, rx, ry, rz] = contact.gradient();
-            let (by_v, by_w) = (Vector3::new(x, y, z), Vector3::new(rx, ry, rz));
-            let crossed = w.cross(&by_w);
-            let by_v = exp * by_v / contact.sigma;
-            let by_w = (by_w + a * crossed + b * w.cross(&crossed)) / contact.sigma;
-            [by_v.x, by_v.y, by_v.z, by_w.x, by_w.y, by_w.z]
-        })
-    }
-}
-
-/// For argmin, which never says that it is still at the same `x`, and wants a Jacobian, its transpose and their product
-/// to be of one type: matrices of fixed size will not do.
-struct OfVectors<'a, const N: usize>(RefCell<Chart<'a, N>>);
-
-impl<const N: usize> Operator for OfVectors<'_, N> {
-    type Param = DVector<f64>;
-    type Output = DVector<f64>;
-
-    fn apply(&self, x: &DVector<f64>) -> Result<DVector<f64>, Error> {
-        let mut chart = self.0.borrow_mut();
-        chart.move_to(x.as_slice());
-        Ok(DVector::from_column_slice(&chart.residuals()))
-    }
-}
-
-impl<const N: usize> Jacobian for OfVectors<'_, N> {
-    type Param = DVector<f64>;
-    type Jacobian = DMatrix<f64>;
-
-    fn jacobian(&self, x: &DVector<f64>) -> Result<DMatrix<f64>, Error> {
-        let mut chart = self.0.borrow_mut();
-        chart.move_to(x.as_slice());
-        let rows = chart.gradients();
-        Ok(DMatrix::from_fn(N, 6, |i, j| rows[i][j]))
-    }
-}
-
-impl<const N: usize> LeastSquaresProblem<f64, Const<N>, U6> for Chart<'_, N> {
-    type ResidualStorage = Owned<f64, Const<N>>;
-    type JacobianStorage = Owned<f64, Const<N>, U6>;
-    type ParameterStorage = Owned<f64, U6>;
-
-    fn set_params(&mut self, x: &SVector<f64, 6>) {
-        self.move_to(x.as_slice());
-    }
-
-    fn params(&self) -> SVector<f64, 6> {
-        self.x.into()
-    }
-
-    fn residuals(&self) -> Option<SVector<f64, N>> {
-        Some(self.residuals().into())
-    }
-
-    fn jacobian(&self) -> Option<SMatrix<f64, N, 6>> {
-        let rows = self.gradients();
-        Some(SMatrix::from_fn(|i, j| rows[i][j]))
-    }
 }
 
 /// The peers' derivatives against central differences, near the start and far from it.
@@ -277,19 +131,19 @@ fn derivatives_are_true(fixture: &dyn Fixture) {
         let mut rng = generator(21, trial);
         let (touches, truth) = measurement(fixture, [4, 3], &mut rng);
         let problem = Problem::new(fixture, &touches, PROBE).unwrap();
-        let mut chart = Chart::<7>::new(&problem, &truth);
+        let mut chart = Chart::new(&problem, &truth);
         // Turns from 1e-4 radians, where the series holds, to 1.
         let reach = 10.0_f64.powf(-0.2 * trial as f64);
         let x: [f64; 6] = std::array::from_fn(|_| reach * rng.random_range(-1.0..1.0));
         chart.move_to(&x);
-        let exact = chart.gradients();
+        let exact: Vec<[f64; 6]> = chart.gradients().collect();
         let largest = exact.iter().flatten().fold(0.0_f64, |most, slope| most.max(slope.abs()));
         for k in 0..6 {
             let [ahead, behind] = [STEP, -STEP].map(|step| {
                 let mut moved = x;
                 moved[k] += step;
                 chart.move_to(&moved);
-                chart.residuals()
+                [0, 1, 2, 3, 4, 5, 6].map(|touch| chart.residual(touch))
             });
             for i in 0..7 {
                 let difference = (ahead[i] - behind[i]) / (2.0 * STEP);

@@ -5,10 +5,12 @@
 
 mod support;
 
+use std::f64::consts::PI;
+
 use nalgebra::{Point3, Rotation3, Vector3};
 use rand::RngExt;
 use rayon::prelude::*;
-use serde_json::Value;
+use serde_json::{Value, json};
 use support::companion::Equations;
 use touchref::{
     Fixture, Frame, Observability, Parameters, Probe, Problem, Root, RootKind, Touch,
@@ -237,41 +239,80 @@ fn the_true_frame_is_among_the_roots() {
     assert!(at(500) <= 1e-12);
 }
 
-/// The count of real roots is that of the companion matrix, wherever its eigenvalues tell real from complex.
+/// The real roots are those of the companion matrix, none missed and none more, wherever its eigenvalues tell them; where
+/// they do not, each has a root or a near miss beside it.
+///
+/// With `TRIALS=1000000` a million are tried. With `DOUBTFUL=FILE` those that the eigenvalues do not tell are written for
+/// `python3 tests/oracle/cylinder_plane_roots.py --judge FILE`, which tells them at 60 digits.
 #[test]
-fn as_many_real_roots_as_the_companion_matrix() {
-    const TRIALS: u64 = 100_000;
-    /// Imaginary parts between these are neither: a double root splits by the square root of rounding.
+fn no_root_of_the_companion_matrix_is_missed() {
+    /// Imaginary parts of angles between these are neither real nor complex, and angles nearer than the second are perhaps
+    /// one: a double root splits by the square root of rounding.
     const REAL: f64 = 1e-7;
-    const COMPLEX: f64 = 1e-5;
+    const COMPLEX: f64 = 1e-4;
+    /// An angle so near the chart's end, where its tangent is infinite, is in doubt, too.
+    const END: f64 = 1e-3;
+    /// Axes of one root, radians: less than half of the least distance of two.
+    const SAME: f64 = 3e-5;
+    /// From a nearly double root to the near miss between the two.
+    const BESIDE: f64 = 1e-2;
+    let trials = support::trials(100_000);
     let fixture = support::cylinder_plane(20.0, 45.0);
-    let outcomes: Vec<Option<usize>> = (0..TRIALS)
+    let outcomes: Vec<Result<usize, Value>> = (0..trials)
         .into_par_iter()
         .map(|trial| {
-            let (touches, _, _) = exact_touches(&*fixture, 12, trial);
+            let (touches, ..) = exact_touches(&*fixture, 12, trial);
             let problem = Problem::new(&*fixture, &touches, Probe::default()).unwrap();
-            let found = roots_of(&problem).iter().filter(|root| root.kind == RootKind::Real).count();
+            let found = roots_of(&problem);
             let at = |i: usize| touches[i].at;
             let equations = Equations::new(&[0, 1, 2, 3].map(at), &[4, 5, 6].map(at), 45.0_f64.to_radians());
-            let surely = equations.real_roots(REAL);
-            let count = surely.len();
-            let doubtful = equations.real_roots(COMPLEX).len() != count || nearly_double(surely);
-            if doubtful {
-                return None;
+            let all = equations.roots();
+            let mut real: Vec<f64> =
+                all.iter().filter(|root| root.1.abs() < REAL).map(|root| root.0).collect();
+            real.sort_by(f64::total_cmp);
+            let between = all.iter().any(|root| (REAL..COMPLEX).contains(&root.1.abs()));
+            let close = real.windows(2).any(|pair| pair[1] - pair[0] < COMPLEX);
+            let off = |root: &Root, phi: f64| root.frame.axis(2).cross(&equations.axis(phi)).norm();
+            if between || close || all.iter().any(|root| root.0.abs() > PI - END) {
+                for (phi, _) in all.iter().filter(|root| root.1.abs() < COMPLEX) {
+                    let beside = found.iter().any(|root| off(root, *phi) < BESIDE);
+                    assert!(beside, "trial {trial}: nothing beside {phi}");
+                }
+                return Err(doubtful(trial, &touches, &found));
             }
-            assert_eq!(found, count, "trial {trial}");
-            Some(count)
+            let sure = found.iter().filter(|root| root.kind == RootKind::Real);
+            assert_eq!(sure.clone().count(), real.len(), "trial {trial}");
+            for phi in &real {
+                assert!(sure.clone().any(|root| off(root, *phi) < SAME), "trial {trial}: {phi} is missed");
+            }
+            Ok(real.len())
         })
         .collect();
-    let counted = |n: usize| outcomes.iter().filter(|o| **o == Some(n)).count();
-    let doubtful = outcomes.iter().filter(|o| o.is_none()).count();
-    println!("2, 4, 6 real roots: {}, {}, {}; doubtful {doubtful}", counted(2), counted(4), counted(6));
-    assert!(doubtful < 1000, "{doubtful}");
-    assert!(counted(2) > 1000 && counted(4) > 1000 && counted(6) > 100);
+    let counted = |n: usize| outcomes.iter().filter(|o| **o == Ok(n)).count() as u64;
+    let doubtful: Vec<String> = outcomes.iter().filter_map(|o| Some(o.as_ref().err()?.to_string())).collect();
+    let counts = [0, 2, 4, 6].map(counted);
+    println!(
+        "{trials} problems: {counts:?} with 0, 2, 4, 6 real roots, none missed; {} doubtful",
+        doubtful.len()
+    );
+    if let Ok(path) = std::env::var("DOUBTFUL") {
+        std::fs::write(path, doubtful.join("\n")).unwrap();
+    }
+    assert!(doubtful.len() as u64 * 50 < trials);
+    assert!(counts[1] > trials / 100 && counts[2] > trials / 100 && counts[3] > trials / 1000);
 }
 
-/// Whether two angles are closer than a companion matrix can place a double root.
-fn nearly_double(mut angles: Vec<f64>) -> bool {
-    angles.sort_by(f64::total_cmp);
-    angles.windows(2).any(|pair| pair[1] - pair[0] < 1e-5)
+/// A measurement as the oracle reads it, and what was found.
+fn doubtful(trial: u64, touches: &[Touch], found: &[Root]) -> Value {
+    let points =
+        |of: &[Touch]| of.iter().map(|touch| touch.at.coords.as_slice().to_vec()).collect::<Vec<_>>();
+    let axes = |kind: RootKind| {
+        let of_kind = found.iter().filter(|root| root.kind == kind);
+        of_kind.map(|root| root.frame.axis(2).as_slice().to_vec()).collect::<Vec<_>>()
+    };
+    json!({
+        "name": trial, "radius": 20.0, "angle_deg": 45.0, "cylinder_side": "behind", "bore": false, "tip_radius": 0.0,
+        "cylinder": points(&touches[..4]), "plane": points(&touches[4..]),
+        "real": axes(RootKind::Real), "near_misses": axes(RootKind::NearMiss),
+    })
 }

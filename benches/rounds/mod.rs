@@ -1,22 +1,31 @@
 //! Interleaved rounds: what several methods need for the same, beside each other in one run.
 
+#![allow(dead_code)] // Each bench uses its own part.
+
 use std::time::Instant;
 
 /// Rounds timed: odd, so that the median is one of them.
 const ROUNDS: usize = 101;
 
 /// Nanoseconds per problem in each round, by method.
-pub(crate) struct Rounds<const N: usize>([Vec<f64>; N]);
+pub(crate) struct Rounds(Vec<Vec<f64>>);
 
-impl<const N: usize> Rounds<N> {
+impl Rounds {
     /// Times the methods in turn, round after round; each call works through so many `problems`.
-    pub(crate) fn of(problems: usize, methods: [&dyn Fn(); N]) -> Self {
-        let mut times = [const { Vec::new() }; N];
-        for _ in 0..ROUNDS {
-            for (times, run) in times.iter_mut().zip(methods) {
-                let start = Instant::now();
-                run();
-                times.push(start.elapsed().as_secs_f64() * 1e9 / problems as f64);
+    pub(crate) fn of<const N: usize>(problems: usize, methods: [&dyn Fn(); N]) -> Self {
+        Self::measured(ROUNDS, N, |method| {
+            let start = Instant::now();
+            methods[method]();
+            start.elapsed().as_secs_f64() * 1e9 / problems as f64
+        })
+    }
+
+    /// So many rounds of what `nanoseconds` measures of each of so many methods in turn.
+    pub(crate) fn measured(rounds: usize, methods: usize, mut nanoseconds: impl FnMut(usize) -> f64) -> Self {
+        let mut times = vec![Vec::new(); methods];
+        for _ in 0..rounds {
+            for (method, times) in times.iter_mut().enumerate() {
+                times.push(nanoseconds(method));
             }
         }
         Self(times)

@@ -47,6 +47,8 @@ Keys of a case
 How to run (needs Python 3.9 and mpmath 1.3; gmpy2 makes it faster; about a minute)
     python3 cylinder_plane_roots.py             writes cylinder_plane_roots.json beside this script
     python3 cylinder_plane_roots.py --check     solves the touches in the file again and compares every number
+    python3 cylinder_plane_roots.py --judge FILE     whether roots that were found elsewhere are these: a case a line,
+                                                     with the axes `real` and `near_misses` (tests/closed_form.rs)
 """
 
 import argparse
@@ -648,6 +650,26 @@ def check(path):
     print(f"{len(cases)} cases solved again: all roots as in the file")
 
 
+def judge(path):
+    """Whether every real root was found, and no other."""
+    same, double = 1e-6, 1e-5  # radians; two roots nearer than that may have been taken for a near miss, and it for them
+    lines = path.read_text(encoding="utf-8").splitlines()
+    for line in lines:
+        case = json.loads(line)
+        measurement = Measurement(case)
+        phis, nearest_complex = measurement.solve()
+        near = [norm(sub(measurement.direction(a), measurement.direction(b))) for a, b in itertools.combinations(phis, 2)]
+        axes = [measurement.direction(phi) for phi in phis]
+        nearly_double = min(near, default=1) < double or (nearest_complex is not None and nearest_complex < double)
+        found = case["real"] + (case["near_misses"] if nearly_double else [])
+        bound = double if nearly_double else same
+        missed = [z for z in axes if all(norm(sub(z, other)) > bound for other in found)]
+        more = [z for z in case["real"] if not nearly_double and all(norm(sub(z, other)) > bound for other in axes)]
+        if missed or more:
+            sys.exit(f"case {case['name']}: {len(missed)} of {len(axes)} real roots missed, {len(more)} found that are none")
+    print(f"{len(lines)} cases at {mp.dps} digits: no real root missed, none found that is none")
+
+
 def main():
     here = Path(__file__).resolve().parent
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -657,7 +679,11 @@ def main():
     parser.add_argument("--seed", type=int, default=20260, help="of the measurements (default: %(default)s)")
     parser.add_argument("--count", type=int, default=COUNT, help="how many measurements (default: %(default)s)")
     parser.add_argument("--check", action="store_true", help="solve the touches in the file again and compare")
+    parser.add_argument("--judge", type=Path, metavar="FILE", help="judge the roots of the cases in this file")
     arguments = parser.parse_args()
+    if arguments.judge:
+        judge(arguments.judge)
+        return
     if arguments.check:
         check(arguments.file)
         return

@@ -1,12 +1,16 @@
 //! The roots of the cylinder-plane equations by the textbook way: the polynomial of degree six in `t = tan(phi/2)`,
 //! and the eigenvalues of its companion matrix.
 
+use std::sync::LazyLock;
+
 use nalgebra::{Matrix3, Point3, SMatrix, SVector, Vector3};
 
 /// Direction cosines of the axis about the plane's normal: everything that the equations need.
 pub struct Equations {
     /// Differences of the first three cylinder touches from the fourth, in coordinates (u, v, n).
     p: [Vector3<f64>; 3],
+    /// Columns: u, v, n in the parent.
+    basis: Matrix3<f64>,
     sin: f64,
     cos: f64,
 }
@@ -25,7 +29,7 @@ impl Equations {
         for p in &mut p {
             *p /= scale;
         }
-        Self { p, sin: angle.sin(), cos: angle.cos() }
+        Self { p, basis, sin: angle.sin(), cos: angle.cos() }
     }
 
     /// Equation (1) of the paper at the direction with angle `phi`.
@@ -39,44 +43,44 @@ impl Equations {
     }
 
     /// Coefficients of `value * (1 + t^2)^3` over powers of `t = tan(phi / 2)`, by interpolation.
-    fn polynomial(&self) -> SVector<f64, 7> {
+    pub fn polynomial(&self) -> SVector<f64, 7> {
         // Places over most of the half circle keep the interpolation well conditioned.
-        let places = [-2.55, -1.7, -0.85, 0.0, 0.85, 1.7, 2.55_f64];
-        let mut powers = SMatrix::<f64, 7, 7>::zeros();
-        let mut values = SVector::<f64, 7>::zeros();
-        for (row, phi) in places.iter().enumerate() {
-            let t = (0.5 * phi).tan();
-            let scale = (1.0 + t * t).powi(3);
-            let mut power = 1.0 / scale;
-            for k in 0..7 {
-                powers[(row, k)] = power;
-                power *= t;
-            }
-            values[row] = self.value(*phi);
-        }
-        powers.lu().solve(&values).unwrap()
+        const PLACES: [f64; 7] = [-2.55, -1.7, -0.85, 0.0, 0.85, 1.7, 2.55];
+        static OF_VALUES: LazyLock<SMatrix<f64, 7, 7>> = LazyLock::new(|| {
+            let power = |row: usize, k: i32| {
+                let t = (0.5 * PLACES[row]).tan();
+                t.powi(k) / (1.0 + t * t).powi(3)
+            };
+            SMatrix::<f64, 7, 7>::from_fn(|row, k| power(row, k as i32)).try_inverse().unwrap()
+        });
+        *OF_VALUES * SVector::from(PLACES.map(|phi| self.value(phi)))
     }
 
-    /// Angles of the real roots, unordered: eigenvalues of the companion matrix whose imaginary part is below
-    /// `tolerance`.
-    pub fn real_roots(&self, tolerance: f64) -> Vec<f64> {
-        let polynomial = self.polynomial();
-        companion_roots(&polynomial)
-            .into_iter()
-            .filter(|(_, imaginary)| imaginary.abs() < tolerance)
-            .map(|(real, _)| 2.0 * real.atan())
-            .collect()
+    /// All six roots as complex angles (real and imaginary part), unordered: from the eigenvalues of the companion matrix.
+    pub fn roots(&self) -> Vec<(f64, f64)> {
+        // 2 atan(a + b i).
+        let angle = |(a, b): (f64, f64)| {
+            let imaginary = 0.5 * ((a * a + (1.0 + b).powi(2)) / (a * a + (1.0 - b).powi(2))).ln();
+            ((2.0 * a).atan2(1.0 - a * a - b * b), imaginary)
+        };
+        companion_roots(&self.polynomial()).into_iter().map(angle).collect()
+    }
+
+    /// The axis at the direction with angle `phi`, in the parent.
+    pub fn axis(&self, phi: f64) -> Vector3<f64> {
+        self.basis * Vector3::new(self.sin * phi.cos(), self.sin * phi.sin(), self.cos)
     }
 }
 
 /// Eigenvalues (real and imaginary part) of the companion matrix of a polynomial of degree six.
 pub fn companion_roots(polynomial: &SVector<f64, 7>) -> Vec<(f64, f64)> {
-    let mut companion = SMatrix::<f64, 6, 6>::zeros();
-    for k in 0..6 {
-        companion[(0, k)] = -polynomial[5 - k] / polynomial[6];
-        if k < 5 {
-            companion[(k + 1, k)] = 1.0;
-        }
-    }
-    companion.complex_eigenvalues().iter().map(|z| (z.re, z.im)).collect()
+    companion(polynomial).complex_eigenvalues().iter().map(|z| (z.re, z.im)).collect()
+}
+
+/// The matrix whose eigenvalues are the roots of a polynomial of degree six.
+pub fn companion(polynomial: &SVector<f64, 7>) -> SMatrix<f64, 6, 6> {
+    SMatrix::from_fn(|row, k| match row {
+        0 => -polynomial[5 - k] / polynomial[6],
+        _ => f64::from(u8::from(row == k + 1)),
+    })
 }

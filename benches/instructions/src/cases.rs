@@ -67,6 +67,10 @@ pub(super) fn run() {
             }
         });
     }
+    // The fixtures' own layouts: among random ones are some that are searched a thousand times as long.
+    let nominal = simulated(&*cylinder_plane, None, &PROBE, MEASUREMENTS);
+    let nominal = self::problems(&*cylinder_plane, &nominal);
+    count("closed-form, nominal cylinder-plane", || solve(&*closed_form, &nominal));
     let fixtures = [("cylinder-plane", &cylinder_plane), ("three-sphere", &three_sphere), ("cube", &cube)];
     for (name, fixture) in fixtures {
         let nominal = simulated(&**fixture, None, &PROBE, MEASUREMENTS);

@@ -4,7 +4,7 @@
 
 mod support;
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, fmt::Write};
 
 use rayon::{ThreadPoolBuilder, prelude::*};
 use sha2::{Digest, Sha256};
@@ -103,7 +103,11 @@ fn bits(solution: &Solution) -> Vec<u8> {
 }
 
 fn hex(digest: Sha256) -> Hex {
-    digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    let mut digits = Hex::new();
+    for byte in digest.finalize() {
+        write!(digits, "{byte:02x}").unwrap();
+    }
+    digits
 }
 
 /// What the functions of the mathematical library give for arguments of every size that occurs.
@@ -150,7 +154,9 @@ fn a_run_gives_the_bits_of_another_on_any_number_of_threads() {
     /// Of each series.
     const PART: u64 = 50;
     let mut series = series();
-    series.iter_mut().for_each(|series| series.measurements /= PART);
+    for series in &mut series {
+        series.measurements /= PART;
+    }
     let [one, two] = [1, 2].map(|threads| {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| results(&series))

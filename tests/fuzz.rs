@@ -24,8 +24,9 @@ mod targets;
 
 /// Inputs made for each target, where `RUNS` does not say how many.
 const RUNS: u64 = 300;
-/// Of so many inputs that another target takes one is located, as that takes up to a tenth of a second.
-const LOCATE: u64 = 10;
+/// Of so many inputs that another target takes one is located: by equations, and everywhere, which takes up to a tenth of a
+/// second.
+const LOCATE: [(&str, u64); 2] = [("locate", 2), ("locate_everywhere", 10)];
 /// The longest input made, in bytes.
 const LONGEST: usize = 4096;
 
@@ -84,7 +85,8 @@ fn what_holds_of_every_input_holds_of_seeds_and_of_what_is_made_of_them() {
     let runs = std::env::var("RUNS").map_or(RUNS, |runs| runs.parse().unwrap());
     targets::TARGETS.par_iter().enumerate().for_each(|(stream, (name, target))| {
         let seeds = seeds(name);
-        let runs = if *name == "locate" { runs / LOCATE } else { runs };
+        let share = LOCATE.iter().find(|(located, _)| located == name).map_or(1, |(_, share)| *share);
+        let runs = runs / share;
         for seed in &seeds {
             target(seed);
         }
@@ -105,6 +107,10 @@ fn every_target_has_a_binary_and_seeds() {
     };
     let targets: BTreeSet<String> = targets::TARGETS.iter().map(|(name, _)| (*name).to_owned()).collect();
     assert_eq!(named(files(&folder("fuzz/fuzz_targets"))), targets);
+    for importer in touchref::io::log::ALL {
+        let target = format!("log_{}", importer.name.replace('-', "_"));
+        assert!(targets.contains(&target), "no target reads logs of {}", importer.name);
+    }
     let manifest = fs::read_to_string(folder("fuzz/Cargo.toml")).unwrap();
     for name in &targets {
         assert!(manifest.contains(&format!("name = \"{name}\"\n")), "{name}");

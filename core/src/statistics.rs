@@ -217,6 +217,24 @@ mod tests {
         }
     }
 
+    /// More degrees of freedom than are kept, too.
+    #[test]
+    fn a_level_keeps_its_values() {
+        let level = Level::new(1e-3);
+        assert!((level.chance() - 1e-3).abs() < f64::EPSILON);
+        for degrees in [1, 3, 8, 64, 65, 66, 200] {
+            let expected = chi_square_level(1e-3, degrees);
+            assert!((level.value(degrees) - expected).abs() < f64::EPSILON * expected, "{degrees}");
+        }
+    }
+
+    #[test]
+    fn an_interval_has_half_of_what_it_misses_on_either_side() {
+        // The tables have one side: 0.975, and 0.995.
+        assert!((student_factor(0.95, 9.0) / 2.262_157_162_798_205 - 1.0).abs() < 1e-9);
+        assert!((student_factor(0.99, 16.0) / 2.920_781_622_425_1 - 1.0).abs() < 1e-9);
+    }
+
     #[test]
     fn quantiles_of_students_distribution() {
         // mpmath 1.3, 30 digits: the root of the regularised incomplete beta function.

@@ -313,4 +313,43 @@ mod tests {
             }
         }
     }
+
+    /// Equal parts of the unit square are equal areas, and its edges those of the reachable part.
+    #[test]
+    fn points_of_a_surface_are_uniform_in_area() {
+        // Central differences: truncation 1e-8 of third derivatives, rounding 1e-14 / step.
+        const STEP: f64 = 1e-4;
+        const TOLERANCE: f64 = 1e-5;
+        for surface in every_shape() {
+            let area = |u: f64, v: f64| {
+                let along_u = surface.point_at(u + STEP, v) - surface.point_at(u - STEP, v);
+                let along_v = surface.point_at(u, v + STEP) - surface.point_at(u, v - STEP);
+                along_u.cross(&along_v).norm() / (4.0 * STEP * STEP)
+            };
+            let expected = area(0.5, 0.5);
+            for (u, v) in [(0.1, 0.2), (0.3, 0.7), (0.9, 0.95)] {
+                let off = area(u, v) / expected - 1.0;
+                assert!(off.abs() < TOLERANCE, "{} at {u}, {v}: {off:e}", surface.name);
+            }
+            let heights = |axis: &Vector3<f64>, from: &Point3<f64>| {
+                [0.0, 1.0].map(|v| axis.dot(&(surface.point_at(0.3, v) - from)))
+            };
+            let (edges, stated) = match (&surface.shape, surface.extent) {
+                (Shape::Plane { point, .. }, Extent::Disc { radius }) => {
+                    ([0.0, 1.0].map(|v| (surface.point_at(0.3, v) - point).norm()), [0.0, radius])
+                }
+                (Shape::Sphere { center, radius, .. }, Extent::Cap { axis, half_angle }) => {
+                    (heights(&axis, center), [*radius, radius * half_angle.cos()])
+                }
+                (Shape::Cylinder { point, axis, .. }, Extent::Along { from, to })
+                | (Shape::Cone { apex: point, axis, .. }, Extent::Along { from, to }) => {
+                    (heights(axis, point), [from, to])
+                }
+                _ => unreachable!("every shape has its own extent"),
+            };
+            for (edge, stated) in edges.into_iter().zip(stated) {
+                assert!((edge - stated).abs() < 1e-13, "{}: {edge}, {stated}", surface.name);
+            }
+        }
+    }
 }

@@ -17,6 +17,7 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("dialect", text::dialect),
     ("frame", text::frame),
     ("locate", structured::locate),
+    ("locate_everywhere", structured::locate_everywhere),
     ("log_abb_mod", |data| text::log("abb-mod", data)),
     ("log_csv", |data| text::log("csv", data)),
     ("log_dmis", |data| text::log("dmis", data)),

@@ -10,10 +10,10 @@
 //! Acceptance is [that of every solver](crate#when-a-frame-is-accepted), on the frames that each candidate leads to
 //! under the known geometry; the root's own curvature, with its dimensions free, must pass, too.
 
-use nalgebra::{DMatrix, DVector, Matrix6};
+use nalgebra::{Matrix6, SMatrix, SVector};
 use touchref_core::{
-    ClosedForm, Frame, Measure, Observability, ParameterError, Parameters, Problem, Root, RootKind,
-    RootReport, Solution, SolveError, Solver, SolverPlugin, Unknown,
+    ClosedForm, Frame, MAX_MEASURES, Measure, Observability, ParameterError, Parameters, Problem, Root,
+    RootKind, RootReport, Solution, SolveError, Solver, SolverPlugin, Unknown,
 };
 
 use crate::{
@@ -136,9 +136,9 @@ struct Estimate<const F: usize> {
     kind: RootKind,
     /// Whether it is the root itself, as touches are no more than unknowns.
     is_root: bool,
-    /// Values of the measured dimensions and their covariance.
-    measures: DVector<f64>,
-    covariance: Option<DMatrix<f64>>,
+    /// Values of the measured dimensions and their covariance; further ones are zero, of variance one.
+    measures: [f64; MAX_MEASURES],
+    covariance: Option<SMatrix<f64, MAX_MEASURES, MAX_MEASURES>>,
     /// Squared misfit under the known geometry, to first order.
     chi_square: Option<f64>,
     /// Which minimum its descent under the known geometry ends in, and how high that is.
@@ -188,9 +188,13 @@ impl<const F: usize> Choice<'_, '_, F> {
         }
         let square_root = self.model.square_root(&state);
         let q = measured.len();
-        let covariance = square_root.covariance().map(|c| DMatrix::from_fn(q, q, |i, j| c[(i, j)]));
-        let deviation = DVector::from_fn(q, |k, _| state.extras[k]);
-        let chi_square = covariance.clone().and_then(|mut c| {
+        let covariance = square_root.covariance().map(|c| {
+            let mut measured = SMatrix::<f64, MAX_MEASURES, MAX_MEASURES>::identity();
+            measured.view_mut((0, 0), (q, q)).copy_from(&c.view((0, 0), (q, q)));
+            measured
+        });
+        let deviation = SVector::from_fn(|k, _| if k < q { state.extras[k] } else { 0.0 });
+        let chi_square = covariance.and_then(|mut c| {
             for (k, m) in measured.iter().enumerate() {
                 c[(k, k)] += dimensions[*m].u.powi(2);
             }
@@ -201,7 +205,9 @@ impl<const F: usize> Choice<'_, '_, F> {
         let size = self.problem.fixture().size();
         let leads_to = self.judgement.minima.iter().position(|m| m.is_at(&end, size, 1.0));
         Estimate {
-            measures: DVector::from_fn(q, |k, _| dimensions[measured[k]].value + state.extras[k]),
+            measures: std::array::from_fn(|k| {
+                measured.get(k).map_or(0.0, |m| dimensions[*m].value + state.extras[k])
+            }),
             state,
             root: square_root,
             kind: root.kind,

@@ -19,8 +19,8 @@ fn probe(sigma: f64) -> Probe {
     Probe { tip_radius: 1.5, tip_radius_u: 0.0, sigma: Some(sigma) }
 }
 
-fn fixture(parameters: Parameters) -> Box<dyn Fixture> {
-    support::fixture("cylinder-plane", &parameters)
+fn fixture(parameters: &Parameters) -> Box<dyn Fixture> {
+    support::fixture("cylinder-plane", parameters)
 }
 
 fn pin(angle_deg: f64) -> Parameters {
@@ -101,7 +101,7 @@ fn nominal_measurements_are_certain_and_the_solvers() {
         pin(20.0).with("bore", true).with("cylinder_side", "front"),
     ];
     for (case, parameters) in fixtures.into_iter().enumerate() {
-        let fixture = fixture(parameters);
+        let fixture = fixture(&parameters);
         for sigma in [0.002, 0.02] {
             let measurements = simulated(&*fixture, sigma, false, SEED + case as u64, COUNT);
             let certain = compare(&format!("case {case}, sigma {sigma}"), &*fixture, sigma, &measurements);
@@ -112,7 +112,7 @@ fn nominal_measurements_are_certain_and_the_solvers() {
 
 #[test]
 fn random_layouts_are_certain_only_where_the_solver_accepts() {
-    let fixture = fixture(pin(45.0));
+    let fixture = fixture(&pin(45.0));
     for (sigma, least) in [(0.0005, 1000), (0.005, 300), (0.05, 0)] {
         let measurements = simulated(&*fixture, sigma, true, SEED, 2000);
         let certain = compare(&format!("random, sigma {sigma}"), &*fixture, sigma, &measurements);
@@ -120,15 +120,17 @@ fn random_layouts_are_certain_only_where_the_solver_accepts() {
     }
 }
 
+/// What is done to the touches of a measurement, and by how much of it.
+type Harm = fn(&mut Vec<Touch>, f64);
+
 /// What must not pass for plain: each kind of harm to measurements that were.
 #[test]
 fn nothing_that_is_harmed_is_certain_unless_the_solver_accepts_it() {
     const SIGMA: f64 = 0.005;
-    let fixture = fixture(pin(45.0));
-    type Harm = fn(&mut Vec<Touch>, f64);
+    let fixture = fixture(&pin(45.0));
     let harms: [(&str, bool, Harm); 10] = [
         ("a touch off by 10 to 100 sigmas", false, |touches, by| {
-            touches[2].at.x += SIGMA * (10.0 + 90.0 * by)
+            touches[2].at.x += SIGMA * (10.0 + 90.0 * by);
         }),
         ("a cylinder's and a plane's touch exchanged", true, |touches, _| {
             let (a, b) = touches.split_at_mut(4);
@@ -142,7 +144,9 @@ fn nothing_that_is_harmed_is_certain_unless_the_solver_accepts_it() {
         ("two on the plane coincide", true, |touches, _| touches[5].at = touches[4].at),
         ("mirrored", false, |touches, _| touches.iter_mut().for_each(|touch| touch.at.x = -touch.at.x)),
         ("all at one place", true, |touches, by| {
-            touches.iter_mut().for_each(|touch| touch.at = Point3::new(by, 0.0, 0.0));
+            for touch in touches {
+                touch.at = Point3::new(by, 0.0, 0.0);
+            }
         }),
     ];
     for (what, never, harm) in harms {
@@ -167,7 +171,7 @@ fn compare_harmed(what: &str, fixture: &dyn Fixture, sigma: f64, measurements: &
 #[test]
 fn nearly_singular_layouts_are_certain_only_where_the_solver_accepts() {
     const SIGMA: f64 = 0.001;
-    let fixture = fixture(pin(45.0));
+    let fixture = fixture(&pin(45.0));
     let mut certain = 0;
     for turn in [0.0, 1e-6, 1e-4, 1e-3, 0.01, 0.05, 0.1] {
         let mut layout = fixture.nominal_layout();
@@ -190,7 +194,7 @@ fn nearly_singular_layouts_are_certain_only_where_the_solver_accepts() {
 #[test]
 fn a_frame_does_not_depend_on_those_beside_it() {
     const SIGMA: f64 = 0.005;
-    let fixture = fixture(pin(45.0));
+    let fixture = fixture(&pin(45.0));
     let together = together(&*fixture, &probe(SIGMA));
     let mut measurements = simulated(&*fixture, SIGMA, false, SEED + 3, 130);
     measurements.extend(simulated(&*fixture, SIGMA, true, SEED + 3, 130));
@@ -213,8 +217,8 @@ fn a_frame_does_not_depend_on_those_beside_it() {
 fn frames_follow_parent_unit_and_order() {
     const SIGMA: f64 = 0.005;
     const INCH: f64 = 25.4;
-    let fixture = fixture(pin(45.0));
-    let inches = self::fixture(Parameters::new().with("radius", 20.0 / INCH));
+    let fixture = fixture(&pin(45.0));
+    let inches = self::fixture(&Parameters::new().with("radius", 20.0 / INCH));
     let solver = support::solver("least-squares");
     let in_inches = Probe { tip_radius: 1.5 / INCH, tip_radius_u: 0.0, sigma: Some(SIGMA / INCH) };
     let measurements = simulated(&*fixture, SIGMA, false, SEED + 5, 200);
@@ -258,11 +262,11 @@ fn frames_follow_parent_unit_and_order() {
 #[test]
 fn what_is_uncertain_is_left_to_a_solver() {
     let rule = support::solver("least-squares").rule().unwrap();
-    let fixture = fixture(pin(45.0));
+    let fixture = fixture(&pin(45.0));
     assert!(fixture.together(&Probe { sigma: None, ..probe(0.01) }, &rule).is_none());
     assert!(fixture.together(&Probe { tip_radius_u: 0.001, ..probe(0.01) }, &rule).is_none());
     let uncertain =
-        self::fixture(pin(45.0).with("radius", touchref::Value::Number { value: 20.0, u: 0.002 }));
+        self::fixture(&pin(45.0).with("radius", touchref::Value::Number { value: 20.0, u: 0.002 }));
     assert!(uncertain.together(&probe(0.01), &rule).is_none());
     assert!(support::solver("closed-form").rule().is_none() && support::solver("robust").rule().is_none());
 }

@@ -116,7 +116,9 @@ fn drawn(
     let x = Scale::Linear { from: 0.0, to: 360.0 };
     let mut equation = around(|phi| circling.equation(phi));
     let most = equation.iter().map(|[_, value]| value.abs()).fold(0.0, f64::max);
-    equation.iter_mut().for_each(|[_, value]| *value /= most);
+    for [_, value] in &mut equation {
+        *value /= most;
+    }
     let y = Scale::Linear { from: -1.0, to: 1.0 };
     let above = Field { left: 70.0, right: 735.0, top: 44.0, bottom: 240.0, x, y };
     let words = "equation (1), in parts of its largest value";

@@ -24,9 +24,9 @@ pub(crate) trait Run {
 
 /// Nanoseconds of the processor that something takes: what else the machine does is not counted.
 pub(crate) fn nanoseconds(work: impl FnOnce()) -> f64 {
-    let start = processor_time();
+    let start = processor_time().as_secs_f64();
     work();
-    (processor_time() - start).as_secs_f64() * 1e9
+    (processor_time().as_secs_f64() - start) * 1e9
 }
 
 /// The time that this process has had.

@@ -47,11 +47,11 @@ impl Equations {
         // Places over most of the half circle keep the interpolation well conditioned.
         const PLACES: [f64; 7] = [-2.55, -1.7, -0.85, 0.0, 0.85, 1.7, 2.55];
         static OF_VALUES: LazyLock<SMatrix<f64, 7, 7>> = LazyLock::new(|| {
-            let power = |row: usize, k: i32| {
+            let power = |row: usize, k: usize| {
                 let t = (0.5 * PLACES[row]).tan();
-                t.powi(k) / (1.0 + t * t).powi(3)
+                t.powf(k as f64) / (1.0 + t * t).powi(3)
             };
-            SMatrix::<f64, 7, 7>::from_fn(|row, k| power(row, k as i32)).try_inverse().unwrap()
+            SMatrix::<f64, 7, 7>::from_fn(power).try_inverse().unwrap()
         });
         *OF_VALUES * SVector::from(PLACES.map(|phi| self.value(phi)))
     }

@@ -302,7 +302,8 @@ fn ours<'a>(
         std::hint::black_box(set::every_root(&problems[index]));
         None
     };
-    let locator = Locator { fixture, solver, probe: PROBE, units: Units::Millimetre, near: None };
+    let locator =
+        Locator { fixture, solver, probe: PROBE, units: Units::Millimetre, near: None, fast: false };
     vec![
         here(EVERY_ROOT, Task::Roots, every_root),
         here("touchref: closed form and choice", Task::Root, move |index| set::start(&problems[index])),
@@ -317,6 +318,11 @@ fn ours<'a>(
             name: "touchref: batch from memory, one thread",
             task: Task::Whole,
             run: Ok(Box::new(Batch::new(locator, set))),
+        },
+        Method {
+            name: "touchref: batch from memory, plain ones at once, one thread",
+            task: Task::Whole,
+            run: Ok(Box::new(Batch::new(Locator { fast: true, ..locator }, set))),
         },
     ]
 }

@@ -341,10 +341,10 @@ mod tests {
                 (Shape::Sphere { center, radius, .. }, Extent::Cap { axis, half_angle }) => {
                     (heights(&axis, center), [*radius, radius * half_angle.cos()])
                 }
-                (Shape::Cylinder { point, axis, .. }, Extent::Along { from, to })
-                | (Shape::Cone { apex: point, axis, .. }, Extent::Along { from, to }) => {
-                    (heights(axis, point), [from, to])
-                }
+                (
+                    Shape::Cylinder { point, axis, .. } | Shape::Cone { apex: point, axis, .. },
+                    Extent::Along { from, to },
+                ) => (heights(axis, point), [from, to]),
                 _ => unreachable!("every shape has its own extent"),
             };
             for (edge, stated) in edges.into_iter().zip(stated) {

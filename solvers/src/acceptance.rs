@@ -649,14 +649,20 @@ fn choose(
 
 /// The first touch that is the same point of the same surface as one before it, after that one.
 fn coincident(touches: &[Touch]) -> Option<(usize, usize)> {
-    let mut order: Vec<usize> = (0..touches.len()).collect();
+    /// Of no more all pairs are soon compared, without memory.
+    const FEW: usize = 64;
+    let same =
+        |i: &usize, j: &usize| touches[*i].surface == touches[*j].surface && touches[*i].at == touches[*j].at;
+    if touches.len() <= FEW {
+        return (0..touches.len()).find_map(|j| (0..j).find(|i| same(i, &j)).map(|i| (i, j)));
+    }
     let compared = |a: &Touch, b: &Touch| {
         let axes = a.at.iter().zip(b.at.iter()).map(|(a, b)| a.partial_cmp(b).unwrap_or(Ordering::Equal));
         axes.fold(a.surface.cmp(&b.surface), Ordering::then)
     };
+    let mut order: Vec<usize> = (0..touches.len()).collect();
     // Stable: of one point the first touch stays the first.
     order.sort_by(|a, b| compared(&touches[*a], &touches[*b]));
-    let same = |a: &usize, b: &usize| compared(&touches[*a], &touches[*b]).is_eq();
     let pairs = order.chunk_by(same).filter(|run| run.len() > 1);
     pairs.map(|run| (run[0], run[1])).min_by_key(|(_, later)| *later)
 }
@@ -1015,5 +1021,28 @@ impl Account<'_, '_> {
             short(self.unit()),
         );
         (message, "check labels, units, tip radius, the fixture's sizes and the stated sigma".to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+
+    /// Few touches and many are looked through in different ways.
+    #[test]
+    fn the_first_of_coincident_touches_is_told() {
+        for count in [6, 60, 600] {
+            let spread = |k: usize| Touch::new(k % 2, Point3::new((k as f64 * 0.7).sin(), k as f64, -1.0));
+            let mut touches: Vec<Touch> = (0..count).map(spread).collect();
+            assert_eq!(coincident(&touches), None);
+            for (later, first) in [(count - 1, 3), (count - 2, 0), (count - 2, 2)] {
+                touches[later] = touches[first].clone();
+            }
+            // Of another surface it is another touch.
+            touches[1].at = touches[0].at;
+            assert_eq!(coincident(&touches), Some((2, count - 2)), "{count}");
+        }
     }
 }

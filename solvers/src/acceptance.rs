@@ -1038,7 +1038,7 @@ mod tests {
             let mut touches: Vec<Touch> = (0..count).map(spread).collect();
             assert_eq!(coincident(&touches), None);
             for (later, first) in [(count - 1, 3), (count - 2, 0), (count - 2, 2)] {
-                touches[later] = touches[first].clone();
+                touches[later] = touches[first];
             }
             // Of another surface it is another touch.
             touches[1].at = touches[0].at;

@@ -60,7 +60,7 @@ fn conditions(programs: &[String]) -> String {
         "{} on {cores} cores of {processor}, {}; load {} at the end.\n\n{}, flags `{}` ({instructions}), touchref {}; {}; {}.\n\n\
          Medians of {ROUNDS} interleaved rounds; ratios are medians of the rounds' own. One thread each.",
         told("date", &["+%Y-%m-%d"]),
-        told("uname", &["-srm"]),
+        told("uname", &["-sm"]),
         load.split(' ').next().unwrap_or("?"),
         told("rustc", &["--version"]),
         env::var("RUSTFLAGS").unwrap_or_default(),

@@ -251,12 +251,24 @@ def test_parts_that_do_not_fit() -> None:
         list(touchref.batches(breaks(), fixture))
 
 
+def test_fast_frames_are_the_same_to_a_millionth() -> None:
+    fixture = measurements.fixtures()["cylinder-plane"][0]
+    touches = table("cylinder-plane")
+    alone, fast = (
+        pa.table(touchref.batch(touches, fixture, sigma=0.005, tip_radius=1.5, fast=fast)) for fast in (False, True)
+    )
+    assert alone["status"] == fast["status"] and alone["placement"] == fast["placement"]
+    deviations = np.sqrt(alone["cov_x_x"].drop_null().to_numpy())
+    off = alone["x"].drop_null().to_numpy() - fast["x"].drop_null().to_numpy()
+    assert (np.abs(off) < 1e-6 * deviations).all()
+
+
 def test_a_stream_that_failed_has_ended() -> None:
     """Else the touches before the failure would be a placement."""
     fixture = measurements.fixtures()["cube"][0]
     touches = table("cube").slice(0, 100)
     native = touchref._touchref.Measurement.of(fixture.kind, fixture.parameters, "mm", (1.5, 0.0), 0.005, None)
-    stream = touchref._touchref.Stream(native, None, {}, None, 1)
+    stream = touchref._touchref.Stream(native, None, {}, None, False, 1)
     stream.add(touches)
     with pytest.raises(touchref.InputError, match="comes again"):
         stream.add(touches)
